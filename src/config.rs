@@ -1,0 +1,222 @@
+//! Every parameter of a replay, with its default.
+//!
+//! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
+
+pub mod file;
+mod keys;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// How arcs are labelled and features fused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// The paper's rule, with its errors corrected (`docs/algorithm.md`).
+    Paper,
+}
+
+/// The parameters of a replay. Built by [`Config::default`] or [`file::parse`], then [`Config::check`]ed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// How arcs are labelled and features fused.
+    pub rule: Rule,
+    /// Which channels are read.
+    pub topics: Topics,
+    /// How readings are grouped into frames.
+    pub frames: Frames,
+    /// What interrupts one sonar's sequence of readings.
+    pub sequence: Sequence,
+    /// How a triple of arcs is labelled.
+    pub triple: Triple,
+    /// How precise a reading is taken to be.
+    pub noise: Noise,
+    /// How features are fused into the map.
+    pub map: Map,
+    /// What holds for every sonar whose messages or transforms do not say it.
+    pub sonars: SonarDefaults,
+    /// What is known of single sonars, by name.
+    pub sonar: BTreeMap<String, SonarOverride>,
+}
+
+/// Which channels are read. Empty: found by schema.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Topics {
+    /// Globs over the topics that carry ranges.
+    pub range: Vec<String>,
+    /// Globs over the topics that carry odometry.
+    pub odometry: Vec<String>,
+}
+
+/// How readings are grouped into frames.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Frames {
+    /// Distance driven that opens a new frame, metres; 0 opens one at every reading stamp.
+    pub step: f64,
+    /// Turn that opens a new frame, radians.
+    pub step_angle: f64,
+    /// Widest pair of odometry samples to interpolate between, seconds.
+    pub max_odometry_gap: f64,
+    /// How far beyond the first and last odometry sample a pose is extrapolated, seconds.
+    pub max_extrapolation: f64,
+}
+
+/// What interrupts one sonar's sequence of readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sequence {
+    /// Longest time between neighbouring readings, seconds.
+    pub max_gap: f64,
+    /// Longest way between the sensor centres of neighbouring readings, metres.
+    pub max_baseline: f64,
+}
+
+/// How a triple of arcs is labelled.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Triple {
+    /// `theta_c < alpha * theta_i` for a contact arc; in (0, 1).
+    pub alpha: f64,
+    /// `theta_c > beta * theta_i` for an intersection arc; above 1.
+    pub beta: f64,
+    /// Gate on the smaller of the two angles, radians; below the beam width.
+    pub gamma: f64,
+    /// Largest heading change between neighbouring arcs, radians.
+    pub turn_tolerance: f64,
+    /// Largest bend between the two base lines, radians.
+    pub bend_tolerance: f64,
+}
+
+/// How precise a reading is taken to be where its message gives no variance:
+/// `sigma^2 = sigma_abs^2 + (sigma_rel r)^2`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Noise {
+    /// Metres.
+    pub sigma_abs: f64,
+    /// Fraction of the range.
+    pub sigma_rel: f64,
+}
+
+/// How features are fused into the map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Map {
+    /// Points nearer than this are the same point, metres.
+    pub match_distance: f64,
+}
+
+/// What holds for every sonar whose messages do not say it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SonarDefaults {
+    /// Full opening angle of the beam, radians; used where the message has 0 or NaN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beam_width: Option<f64>,
+}
+
+/// What is known of one sonar.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SonarOverride {
+    /// Mounting position in the robot's frame, metres. A mount needs x, y and yaw; it is taken
+    /// before any transform in the log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<f64>,
+    /// See `x`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<f64>,
+    /// Direction of the beam axis in the robot's frame, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<f64>,
+    /// Full opening angle of the beam, radians; used where the message has 0 or NaN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beam_width: Option<f64>,
+    /// Closest distance measured, metres; taken before the message's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_range: Option<f64>,
+    /// Where "no echo" begins, metres; taken before the message's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_range: Option<f64>,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            rule: Rule::Paper,
+            topics: Topics::default(),
+            frames: Frames::default(),
+            sequence: Sequence::default(),
+            triple: Triple::default(),
+            noise: Noise::default(),
+            map: Map::default(),
+            sonars: SonarDefaults::default(),
+            sonar: BTreeMap::new(),
+        }
+    }
+}
+
+impl Default for Frames {
+    fn default() -> Self {
+        Self {
+            step: 0.10,
+            step_angle: 10_f64.to_radians(),
+            max_odometry_gap: 0.5,
+            max_extrapolation: 0.0,
+        }
+    }
+}
+
+impl Default for Sequence {
+    fn default() -> Self {
+        Self {
+            max_gap: 5.0,
+            max_baseline: 0.5,
+        }
+    }
+}
+
+impl Default for Triple {
+    fn default() -> Self {
+        Self {
+            alpha: 0.5,
+            beta: 2.0,
+            gamma: 10_f64.to_radians(),
+            turn_tolerance: 5_f64.to_radians(),
+            bend_tolerance: 10_f64.to_radians(),
+        }
+    }
+}
+
+impl Default for Noise {
+    fn default() -> Self {
+        Self {
+            sigma_abs: 0.01,
+            sigma_rel: 0.0,
+        }
+    }
+}
+
+impl Default for Map {
+    fn default() -> Self {
+        Self {
+            match_distance: 0.2,
+        }
+    }
+}
+
+impl Noise {
+    /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's.
+    pub fn variance(&self, range: f64, reported: f64) -> f64 {
+        if reported > 0.0 && reported.is_finite() {
+            reported
+        } else {
+            let relative = self.sigma_rel * range;
+            self.sigma_abs * self.sigma_abs + relative * relative
+        }
+    }
+}

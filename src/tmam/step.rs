@@ -1,0 +1,26 @@
+//! What one step of the machine hands to its observers.
+
+use super::arc::{Arc, ArcId};
+use super::feature::Extraction;
+use super::triple::Verdict;
+
+/// Everything that one frame brought about.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Step {
+    /// The frame's echoes, sorted by sonar. Their verdicts follow in later steps, when the next
+    /// reading of the sonar has come, or at the end.
+    pub arcs: Vec<Arc>,
+    /// Arcs of this and earlier frames that are decided now, in the order they were decided.
+    pub verdicts: Vec<Verdict>,
+    /// Features extracted from the runs that closed now, each with what became of it in the map.
+    pub extractions: Vec<Extraction>,
+}
+
+/// An arc and the feature its run gave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Membership {
+    /// The arc.
+    pub arc: ArcId,
+    /// The extraction's id.
+    pub feature: u32,
+}
