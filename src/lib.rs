@@ -1,2 +1,5 @@
+pub mod config;
 pub mod event;
+pub mod frames;
 pub mod geometry;
+pub mod tmam;
