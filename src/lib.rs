@@ -1,2 +1,4 @@
 pub mod event;
 pub mod geometry;
+pub mod truth;
+pub mod world;
