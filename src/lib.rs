@@ -1,4 +1,5 @@
 pub mod event;
 pub mod geometry;
+pub mod log;
 pub mod truth;
 pub mod world;

@@ -1,0 +1,3 @@
+//! Bytes to time-ordered typed events, and back.
+
+pub mod writer;
