@@ -3,6 +3,7 @@
 mod config;
 mod parameters;
 mod replay;
+mod simulate;
 
 use clap::{Parser, Subcommand};
 
@@ -22,6 +23,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Replay(Box<replay::Args>),
+    Simulate(Box<simulate::Args>),
     Config(config::Args),
 }
 
@@ -33,6 +35,7 @@ impl Cli {
     pub fn run(self) -> Result<u8, Error> {
         match self.command {
             Command::Replay(args) => args.run(),
+            Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }
     }

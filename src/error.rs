@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::config::file::ConfigError;
 use crate::log::LogError;
 use crate::replay::ReplayError;
+use crate::simulate::SimulateError;
 
 /// Exit code of a command that finished.
 pub const DONE: u8 = 0;
@@ -25,6 +26,9 @@ pub enum Error {
     /// A flag, or a configuration made of flags.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A simulation.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
     /// A configuration file.
     #[error("{}: {source}", path.display())]
     ConfigFile {

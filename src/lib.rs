@@ -24,5 +24,8 @@ pub mod progress;
 pub mod replay;
 pub mod report;
 pub mod rounding;
+pub mod simulate;
 pub mod tmam;
 pub mod trace;
+pub mod truth;
+pub mod world;

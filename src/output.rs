@@ -50,6 +50,14 @@ impl Output {
         &self.path
     }
 
+    /// The error for a write that failed.
+    pub fn failed(&self, source: io::Error) -> Error {
+        Error::Write {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
     /// Writes what is buffered and gives the file its name.
     ///
     /// # Errors

@@ -78,10 +78,7 @@ impl Args {
         let outcome = replay.run(&mut observers)?;
         drop(trace);
         if let Some(out) = &mut outputs.features {
-            features::write(&mut *out, &setting, &outcome).map_err(|source| Error::Write {
-                path: out.path().to_owned(),
-                source,
-            })?;
+            features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
         }
         let (written, to_stdout) = outputs.commit()?;
 
