@@ -31,7 +31,7 @@ impl Default for Driving {
         Self {
             speed: 0.2,
             turn_rate: std::f64::consts::FRAC_PI_4,
-            firing_interval: 0.04,
+            firing_interval: 0.035,
             odometry_rate: 20.0,
         }
     }

@@ -206,6 +206,16 @@ mod tests {
     }
 
     #[test]
+    fn the_stopping_rule_adds_centimetres_to_radians() {
+        let norm = |rho, theta| LocalLine::step_norm(Vector2::new(rho, theta));
+        assert!(norm(0.009, 0.4) < 1.0, "9 mm and 23 deg are small enough");
+        assert!(norm(0.011, 0.0) > 1.0, "11 mm are not");
+        // So a fit from a start that is a few millimetres off ends after one step.
+        let arcs = wall_arcs(Vec2::zeros(), 0.0, 1.57, 2.0, &[1e-3, -1e-3, 1e-3, 0.0]);
+        assert_eq!(fit_line(&arcs).iterations, 1);
+    }
+
+    #[test]
     fn a_line_outside_the_beams_is_rejected() {
         let mut arcs = wall_arcs(Vec2::zeros(), 0.0, 1.57, 2.0, &[0.0; 4]);
         for a in arcs.iter_mut().skip(2) {
