@@ -1,0 +1,117 @@
+//! The page that says what the recording is and how to read it.
+
+use std::fmt::Write as _;
+
+use rerun::TextDocument;
+use serde_json::Value;
+
+use crate::replay::Setting;
+
+/// The parameters that are angles, which people read in degrees.
+const ANGLES: [&str; 6] = [
+    "step_angle",
+    "gamma",
+    "turn_tolerance",
+    "bend_tolerance",
+    "beam_width",
+    "yaw",
+];
+
+/// The about page.
+pub fn page(setting: &Setting<'_>) -> TextDocument {
+    let source = setting.source;
+    let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
+    let mut text = format!(
+        "# {file}\n\n\
+         Every step of the three measurements association model (TMAM) over a sonar log: \
+         which arcs were taken for walls, which for points, and why.\n\n\
+         | | |\n|---|---|\n\
+         | log | `{file}`{state} |\n\
+         | stamps | {start} ns to {end} ns ({seconds:.1} s) |\n\
+         | messages used | {messages} |\n\
+         | sonars | {count} |\n\
+         | made by | tmam {version} |\n\n",
+        file = source.file,
+        state = if source.complete {
+            ""
+        } else {
+            " - **incomplete or damaged: what follows is what could be read**"
+        },
+        start = source.start_ns,
+        end = source.end_ns,
+        messages = source.messages,
+        count = setting.sonars.len(),
+        version = env!("CARGO_PKG_VERSION"),
+    );
+    text.push_str(HOW_TO_READ);
+    text.push_str("\n## Configuration\n\n| parameter | value |\n|---|---|\n");
+    // A configuration that does not serialise would be a page without a table, not a failed run.
+    if let Ok(value) = serde_json::to_value(setting.config) {
+        rows(&mut text, "", &value);
+    }
+    text.push_str("\n## Sonars\n\n| | name | topic | x, m | y, m | yaw, deg |\n|---|---|---|---|---|---|\n");
+    for (i, sonar) in setting.sonars.iter().enumerate() {
+        let mount = sonar.robot_from_sensor;
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {i} | {} | `{}` | {:.3} | {:.3} | {:.1} |",
+            sonar.name,
+            sonar.topic,
+            mount.x,
+            mount.y,
+            mount.yaw.to_degrees()
+        );
+    }
+    TextDocument::from_markdown(text)
+}
+
+fn rows(text: &mut String, path: &str, value: &Value) {
+    match value {
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                let path = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}.{key}")
+                };
+                rows(text, &path, value);
+            }
+        }
+        leaf => {
+            let key = path.rsplit('.').next().unwrap_or(path);
+            let shown = match leaf.as_f64() {
+                Some(radians) if ANGLES.contains(&key) => {
+                    format!("{:.2} deg", radians.to_degrees())
+                }
+                _ => leaf.to_string(),
+            };
+            let _ = writeln!(text, "| {path} | {} |", shown.replace('|', "\\|"));
+        }
+    }
+}
+
+const HOW_TO_READ: &str = "\
+## How to read it
+
+**Map** - seen from above, x to the right, y up, metres. Drag the time cursor to see the run frame by frame.
+
+| colour | what |
+|---|---|
+| blue | contact: arcs taken for a wall, and where common tangents touch them |
+| orange | intersection: arcs taken for a point, and where neighbours cross them |
+| grey | unidentified arcs; select one to see the reason |
+| white | walls of the map so far |
+| pale yellow | points of the map so far |
+| violet | three standard deviations of map features, at true scale: thin where the map is sure |
+| red | a feature that was extracted and rejected |
+| green | the robot, its heading and its way so far |
+
+A feature flashes bold, with the arcs of its run, in the frame in which its run closed: the frame after the first reading that no longer belongs to it.
+
+**theta_c, theta_i** - a dot per sonar and frame, radians. A small theta_c says wall, a small theta_i says point; both must lie below gamma, the red line. Dots at the full beam width are triples without common points. No dot: the arc is not the middle of a triple.
+
+**Labels** - a lane per sonar. A label holds until the sonar's next reading; a gap is a reading without echo. A lane drawn grey with a number holds that many short labels: zoom in to see them.
+
+**Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used.
+";

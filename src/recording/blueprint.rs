@@ -1,0 +1,276 @@
+//! How the viewer lays the recording out. It rides in the same file.
+//!
+//! Written by hand rather than with the SDK's builder, which draws random ids and knows no visual
+//! bounds, time ranges or legends.
+
+use std::io::Write;
+
+use rerun::blueprint::components::{
+    ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, LinkAxis,
+    PanelState, PlayState, QueryExpression, RootContainer, RowShare, TextLogColumn, TimelineColumn,
+    ViewClass, VisibleTimeRange, VisualBounds2D as VisualBounds,
+};
+use rerun::blueprint::datatypes::{
+    TextLogColumn as TextLogColumnData, TextLogColumnKind, TimelineColumn as TimelineColumnData,
+};
+use rerun::components::{Name, Range1D, Visible};
+use rerun::datatypes::{
+    self, Bool, Float32, Range2D, TimeInt, TimeRange, TimeRangeBoundary,
+};
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns,
+    TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+    VisibleTimeRanges, VisualBounds2D,
+};
+use rerun::external::uuid::Uuid;
+use rerun::{AsComponents, EntityPath, Timeline};
+
+use super::Error;
+use super::encode::{RrdWriter, Store};
+use super::extent::Bounds;
+use super::table::unit_columns;
+
+/// What the layout depends on.
+pub struct Layout {
+    /// The part of the plane to show.
+    pub bounds: Bounds,
+    /// Widest beam, radians: the top of the angle plots.
+    pub beam_width: f64,
+    /// The name of the stamp timeline.
+    pub stamp: Timeline,
+}
+
+/// Ids of the containers and views, the same in every recording.
+#[derive(Debug, Clone, Copy)]
+enum Id {
+    Root = 1,
+    Left,
+    Right,
+    Scene,
+    Map,
+    About,
+    ThetaC,
+    ThetaI,
+    Labels,
+    Events,
+}
+
+impl Id {
+    fn uuid(self) -> Uuid {
+        Uuid::from_u128(0x7461_6d61_0000_4000_8000_0000_0000_0000 | self as u128)
+    }
+
+    fn path(self) -> String {
+        match self {
+            Self::Root | Self::Left | Self::Right | Self::Scene => {
+                format!("container/{}", self.uuid())
+            }
+            _ => format!("view/{}", self.uuid()),
+        }
+    }
+}
+
+struct Writer<'a, W> {
+    out: &'a mut RrdWriter<W>,
+}
+
+impl<W: Write> Writer<'_, W> {
+    fn put(&mut self, path: impl Into<EntityPath>, what: &dyn AsComponents) -> Result<(), Error> {
+        self.out.chunk(
+            Store::Blueprint,
+            &path.into(),
+            1,
+            vec![(Timeline::new_sequence("blueprint"), vec![0])],
+            unit_columns(what)?,
+        )
+    }
+
+    fn view(&mut self, id: Id, class: &str, name: &str, query: &[&str]) -> Result<(), Error> {
+        let path = id.path();
+        self.put(
+            format!("{path}/ViewContents"),
+            &ViewContents::new(query.iter().map(|q| QueryExpression((*q).into()))),
+        )?;
+        self.put(
+            path,
+            &ViewBlueprint::new(ViewClass(class.into()))
+                .with_display_name(Name(name.into()))
+                .with_space_origin("/"),
+        )
+    }
+
+    fn property(&mut self, id: Id, name: &str, what: &dyn AsComponents) -> Result<(), Error> {
+        self.put(format!("{}/{name}", id.path()), what)
+    }
+
+    fn container(
+        &mut self,
+        id: Id,
+        kind: ContainerKind,
+        contents: &[Id],
+        shares: &[f32],
+    ) -> Result<(), Error> {
+        let container = ContainerBlueprint::new(kind).with_contents(
+            contents
+                .iter()
+                .map(|child| IncludedContent(child.path().into())),
+        );
+        let shares = shares.iter().copied().map(Float32);
+        let container = match kind {
+            ContainerKind::Horizontal => container.with_col_shares(shares.map(ColumnShare)),
+            ContainerKind::Vertical => container.with_row_shares(shares.map(RowShare)),
+            _ => match contents.first() {
+                Some(first) => container.with_active_tab(ActiveTab(first.path().into())),
+                None => container,
+            },
+        };
+        self.put(id.path(), &container)
+    }
+}
+
+/// Writes the whole blueprint.
+pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Error> {
+    let mut w = Writer { out };
+    map(&mut w, layout)?;
+    w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
+    for (id, name, path) in [
+        (Id::ThetaC, "theta_c [rad]: small says wall", "+ /angles/theta_c"),
+        (Id::ThetaI, "theta_i [rad]: small says point", "+ /angles/theta_i"),
+    ] {
+        plot(&mut w, layout, id, name, path)?;
+    }
+    w.view(Id::Labels, "StateTimeline", "Labels", &["+ /labels/**"])?;
+    w.property(
+        Id::Labels,
+        "TimeAxis",
+        &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
+    )?;
+    events(&mut w, layout)?;
+
+    w.container(Id::Scene, ContainerKind::Tabs, &[Id::Map, Id::About], &[])?;
+    w.container(
+        Id::Left,
+        ContainerKind::Vertical,
+        &[Id::Scene, Id::Events],
+        &[3.0, 1.0],
+    )?;
+    w.container(
+        Id::Right,
+        ContainerKind::Vertical,
+        &[Id::ThetaC, Id::ThetaI, Id::Labels],
+        &[1.0, 1.0, 2.4],
+    )?;
+    w.container(
+        Id::Root,
+        ContainerKind::Horizontal,
+        &[Id::Left, Id::Right],
+        &[1.3, 1.0],
+    )?;
+    w.put(
+        "viewport",
+        &ViewportBlueprint::new()
+            .with_root_container(RootContainer(Id::Root.uuid().into()))
+            .with_auto_layout(AutoLayout(Bool(false)))
+            .with_auto_views(AutoViews(Bool(false))),
+    )?;
+    for panel in ["blueprint_panel", "selection_panel"] {
+        w.put(
+            panel,
+            &PanelBlueprint::new().with_state(PanelState::Collapsed),
+        )?;
+    }
+    // Following puts the cursor on the last frame, where the whole map is to be seen.
+    w.put(
+        "time_panel",
+        &TimePanelBlueprint::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline("frame")
+            .with_play_state(PlayState::Following),
+    )
+}
+
+fn map<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
+    w.view(Id::Map, "2D", "Map", &["+ /world/**"])?;
+    let Bounds { min, max } = layout.bounds;
+    // The view's y axis points down; the world is drawn flipped, so its bounds are too.
+    w.property(
+        Id::Map,
+        "VisualBounds2D",
+        &VisualBounds2D::new(VisualBounds(Range2D {
+            x_range: [min.x, max.x].into(),
+            y_range: [-max.y, -min.y].into(),
+        })),
+    )?;
+    let so_far = |timeline: &str| {
+        VisibleTimeRange(datatypes::VisibleTimeRange {
+            timeline: timeline.into(),
+            range: TimeRange {
+                start: TimeRangeBoundary::Infinite,
+                end: TimeRangeBoundary::CursorRelative(TimeInt(0)),
+            },
+        })
+    };
+    w.put(
+        ViewContents::blueprint_base_visualizer_path_for_entity(
+            Id::Map.uuid(),
+            &"/world/trajectory".into(),
+        ),
+        &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+    )
+}
+
+fn plot<W: Write>(
+    w: &mut Writer<'_, W>,
+    layout: &Layout,
+    id: Id,
+    name: &str,
+    path: &str,
+) -> Result<(), Error> {
+    w.view(id, "TimeSeries", name, &[path, "+ /angles/gamma"])?;
+    w.property(
+        id,
+        "ScalarAxis",
+        &ScalarAxis::new().with_range(Range1D([0.0, 1.08 * layout.beam_width].into())),
+    )?;
+    w.property(
+        id,
+        "TimeAxis",
+        &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
+    )?;
+    // Sixteen names would cover the plot; each dot says its sonar when pointed at.
+    w.property(
+        id,
+        "PlotLegend",
+        &PlotLegend::new().with_visible(Visible(Bool(false))),
+    )
+}
+
+fn events<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
+    w.view(Id::Events, "TextLog", "Events", &["+ /log"])?;
+    let timeline = |name: &str, visible: bool| {
+        TimelineColumn(TimelineColumnData {
+            visible: Bool(visible),
+            timeline: name.into(),
+        })
+    };
+    let column = |kind, visible| {
+        TextLogColumn(TextLogColumnData {
+            visible: Bool(visible),
+            kind,
+        })
+    };
+    w.property(
+        Id::Events,
+        "TextLogColumns",
+        &TextLogColumns::new()
+            .with_timeline_columns([
+                timeline("frame", true),
+                timeline(layout.stamp.name().as_str(), false),
+            ])
+            .with_text_log_columns([
+                column(TextLogColumnKind::EntityPath, false),
+                column(TextLogColumnKind::LogLevel, true),
+                column(TextLogColumnKind::Body, true),
+            ]),
+    )
+}

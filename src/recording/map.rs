@@ -1,0 +1,312 @@
+//! The map as it grows: walls, points and how sure they are.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use rerun::{
+    LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
+};
+
+use super::Error;
+use super::arcs::xy;
+use super::encode::RrdWriter;
+use super::style::{self, order, ui};
+use super::table::{Instance, Moment, Table, Timelines, put_static};
+use crate::geometry::{Vec2, unit};
+use crate::tmam::feature::{MapFeature, Point, Segment, Shape};
+
+/// How many standard deviations the outlines of uncertainty lie out.
+pub const SIGMAS: f64 = 3.0;
+
+struct Wall {
+    ends: [[f32; 2]; 2],
+    label: String,
+}
+
+impl Instance for Wall {
+    fn columns(
+        walls: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        let (ends, labels): (Vec<_>, Vec<_>) =
+            walls.into_iter().map(|wall| (wall.ends, wall.label)).unzip();
+        Ok(LineStrips2D::update_fields()
+            .with_strips(ends)
+            .with_labels(labels)
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
+struct Corner {
+    position: [f32; 2],
+    label: String,
+}
+
+impl Instance for Corner {
+    fn columns(
+        corners: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        let (positions, labels): (Vec<_>, Vec<_>) = corners
+            .into_iter()
+            .map(|corner| (corner.position, corner.label))
+            .unzip();
+        Ok(Points2D::update_fields()
+            .with_positions(positions)
+            .with_labels(labels)
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
+struct Outline(Vec<[f32; 2]>);
+
+impl Instance for Outline {
+    fn columns(
+        outlines: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        Ok(LineStrips2D::update_fields()
+            .with_strips(outlines.into_iter().map(|outline| outline.0))
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
+/// The map so far and its rows.
+pub struct MapTables {
+    features: BTreeMap<u32, MapFeature>,
+    lines: Table<Wall>,
+    points: Table<Corner>,
+    covariance: Table<Outline>,
+}
+
+impl MapTables {
+    /// An empty map.
+    pub fn new() -> Self {
+        Self {
+            features: BTreeMap::new(),
+            lines: Table::new("/world/map/lines"),
+            points: Table::new("/world/map/points"),
+            covariance: Table::new("/world/map/covariance"),
+        }
+    }
+
+    /// Takes in features that are new or were updated, and logs the map after them.
+    pub fn update<W: Write>(
+        &mut self,
+        at: Moment,
+        changed: impl IntoIterator<Item = MapFeature>,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        let (mut walls, mut corners) = (false, false);
+        for feature in changed {
+            match feature.shape {
+                Shape::Line(_) => walls = true,
+                Shape::Point(_) => corners = true,
+            }
+            self.features.insert(feature.id, feature);
+        }
+        if walls {
+            let row = self.segments().map(|(feature, segment)| Wall {
+                ends: ends(&segment).map(xy),
+                label: format!("line {} ({} readings)", feature.id, feature.readings),
+            });
+            let row: Vec<Wall> = row.collect();
+            self.lines.push(at, row, lines, out)?;
+        }
+        if corners {
+            let row = self.corners().map(|(feature, point)| Corner {
+                position: xy(point.position),
+                label: format!("point {} ({} readings)", feature.id, feature.readings),
+            });
+            let row: Vec<Corner> = row.collect();
+            self.points.push(at, row, lines, out)?;
+        }
+        if walls || corners {
+            let row: Vec<Outline> = self
+                .features
+                .values()
+                .map(|feature| match &feature.shape {
+                    Shape::Line(segment) => band(segment),
+                    Shape::Point(point) => ellipse(point),
+                })
+                .map(|outline| Outline(outline.into_iter().map(xy).collect()))
+                .collect();
+            self.covariance.push(at, row, lines, out)?;
+        }
+        Ok(())
+    }
+
+    fn segments(&self) -> impl Iterator<Item = (&MapFeature, Segment)> {
+        self.features
+            .values()
+            .filter_map(|feature| match feature.shape {
+                Shape::Line(segment) => Some((feature, segment)),
+                Shape::Point(_) => None,
+            })
+    }
+
+    fn corners(&self) -> impl Iterator<Item = (&MapFeature, Point)> {
+        self.features
+            .values()
+            .filter_map(|feature| match feature.shape {
+                Shape::Point(point) => Some((feature, point)),
+                Shape::Line(_) => None,
+            })
+    }
+
+    /// Writes what waits.
+    pub fn flush<W: Write>(
+        &mut self,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        self.lines.flush(lines, out)?;
+        self.points.flush(lines, out)?;
+        self.covariance.flush(lines, out)
+    }
+}
+
+/// The two ends of a segment.
+pub fn ends(segment: &Segment) -> [Vec2; 2] {
+    let along = tangent(segment) * segment.half_length;
+    [segment.mid - along, segment.mid + along]
+}
+
+fn tangent(segment: &Segment) -> Vec2 {
+    let normal = unit(segment.theta);
+    Vec2::new(-normal.y, normal.x)
+}
+
+/// Where the line may run: [`SIGMAS`] of its distance to either side, all along the segment.
+///
+/// A point of the line at `s` from the foot of the origin's perpendicular moves by
+/// `d rho - s d theta` along the normal.
+fn band(segment: &Segment) -> Vec<Vec2> {
+    const STEPS: u32 = 8;
+    let (normal, tangent) = (unit(segment.theta), tangent(segment));
+    let (rr, rt, tt) = (
+        segment.covariance.m11,
+        segment.covariance.m12,
+        segment.covariance.m22,
+    );
+    let offset = |at: Vec2| {
+        let s = at.dot(&tangent);
+        SIGMAS * (rr - 2.0 * s * rt + s * s * tt).max(0.0).sqrt()
+    };
+    let stations: Vec<Vec2> = (0..=STEPS)
+        .map(|i| f64::from(i) / f64::from(STEPS) * 2.0 - 1.0)
+        .map(|t| segment.mid + tangent * (t * segment.half_length))
+        .collect();
+    let near = stations.iter().map(|at| at + normal * offset(*at));
+    let far = stations.iter().rev().map(|at| at - normal * offset(*at));
+    let mut outline: Vec<Vec2> = near.chain(far).collect();
+    outline.extend(outline.first().copied());
+    outline
+}
+
+/// The ellipse at [`SIGMAS`] around a point, closed.
+fn ellipse(point: &Point) -> Vec<Vec2> {
+    const STEPS: u32 = 32;
+    let (a, b, d) = (
+        point.covariance.m11,
+        point.covariance.m12,
+        point.covariance.m22,
+    );
+    // The lower triangular root of the covariance takes the unit circle to the ellipse.
+    let l11 = a.max(0.0).sqrt();
+    let l21 = if l11 > 0.0 { b / l11 } else { 0.0 };
+    let l22 = (d - l21 * l21).max(0.0).sqrt();
+    (0..=STEPS)
+        .map(|i| std::f64::consts::TAU * f64::from(i % STEPS) / f64::from(STEPS))
+        .map(unit)
+        .map(|c| point.position + Vec2::new(l11 * c.x, l21 * c.x + l22 * c.y) * SIGMAS)
+        .collect()
+}
+
+/// How the map looks.
+pub fn put_styles<W: Write>(out: &mut RrdWriter<W>) -> Result<(), Error> {
+    put_static(
+        "/world/map/lines",
+        &LineStrips2D::update_fields()
+            .with_radii([ui(2.5)])
+            .with_colors([style::WALL])
+            .with_show_labels(false)
+            .with_draw_order(order::WALL),
+        out,
+    )?;
+    put_static(
+        "/world/map/points",
+        &Points2D::update_fields()
+            .with_radii([ui(6.0)])
+            .with_colors([style::CORNER])
+            .with_show_labels(false)
+            .with_draw_order(order::CORNER),
+        out,
+    )?;
+    put_static(
+        "/world/map/covariance",
+        &LineStrips2D::update_fields()
+            .with_radii([ui(0.75)])
+            .with_colors([style::COVARIANCE])
+            .with_draw_order(order::COVARIANCE),
+        out,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix2;
+
+    #[test]
+    fn the_ellipse_lies_three_sigmas_out_in_every_direction() {
+        let covariance = Matrix2::new(0.04, 0.01, 0.01, 0.02);
+        let point = Point {
+            position: Vec2::new(1.0, -2.0),
+            covariance,
+        };
+        let inverse = covariance.try_inverse().unwrap();
+        let outline = ellipse(&point);
+        for corner in &outline {
+            let off = corner - point.position;
+            let mahalanobis = off.dot(&(inverse * off));
+            assert!((mahalanobis - SIGMAS * SIGMAS).abs() < 1e-9);
+        }
+        assert_eq!(outline.first(), outline.last());
+    }
+
+    #[test]
+    fn the_band_of_a_sure_line_is_the_line() {
+        let segment = Segment {
+            rho: 2.0,
+            theta: std::f64::consts::FRAC_PI_2,
+            covariance: Matrix2::zeros(),
+            mid: Vec2::new(3.0, 2.0),
+            half_length: 1.5,
+        };
+        for at in band(&segment) {
+            assert!((at.y - 2.0).abs() < 1e-12);
+        }
+        let [a, b] = ends(&segment);
+        assert!((a.x - 4.5).abs() < 1e-12 && (b.x - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_uncertain_angle_opens_the_band_away_from_the_foot() {
+        let mut covariance = Matrix2::zeros();
+        covariance.m22 = 0.01;
+        let segment = Segment {
+            rho: 2.0,
+            theta: 0.0,
+            covariance,
+            mid: Vec2::new(2.0, 5.0),
+            half_length: 1.0,
+        };
+        let widest = band(&segment).iter().map(|at| at.x).fold(0.0, f64::max);
+        assert!((widest - (2.0 + 3.0 * 0.1 * 6.0)).abs() < 1e-9);
+    }
+}
