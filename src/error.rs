@@ -1,4 +1,4 @@
-//! What can go wrong in a replay.
+//! What can go wrong in a replay, and the exit code that goes with it.
 
 /// Any failure of a replay.
 #[derive(Debug, thiserror::Error)]

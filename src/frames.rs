@@ -1,7 +1,11 @@
 //! Groups readings into frames: one step of the replay, at most one reading per sonar.
 
-use crate::event::SonarId;
-use crate::geometry::Pose2;
+use std::collections::BTreeMap;
+
+use crate::config;
+use crate::event::{RangeReading, Return, Sonar, SonarId};
+use crate::geometry::{Pose2, angle_between};
+use crate::odometry::Track;
 
 /// One step of the replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,4 +42,254 @@ pub struct Echo {
     pub range: f64,
     /// Its variance as the driver reports it, square metres; 0 where it does not.
     pub variance: f64,
+}
+
+/// Groups readings into frames. Takes them in stamp order, ties by sonar.
+#[derive(Debug)]
+pub struct Framer<'a> {
+    track: Track<'a>,
+    sonars: &'a [Sonar],
+    step: f64,
+    step_angle: f64,
+    open: Option<Frame>,
+    next_index: u32,
+    tally: Tally,
+}
+
+/// What became of the readings.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Readings that were taken in.
+    pub readings: u64,
+    /// Echoes among them, with a pose.
+    pub echoes: u64,
+    /// Readings with a pose in which nothing echoed.
+    pub no_echoes: u64,
+    /// Readings that could not be used, by reason.
+    pub dropped: BTreeMap<&'static str, u64>,
+    /// Echoes and no-echoes that a frame had no room for: the sonar had given it its reading.
+    pub surplus: u64,
+}
+
+impl<'a> Framer<'a> {
+    /// A framer that has seen nothing yet.
+    pub fn new(track: Track<'a>, sonars: &'a [Sonar], bounds: &config::Frames) -> Self {
+        Self {
+            track,
+            sonars,
+            step: bounds.step,
+            step_angle: bounds.step_angle,
+            open: None,
+            next_index: 0,
+            tally: Tally::default(),
+        }
+    }
+
+    /// Takes the next reading; returns the frame that it closed by opening another.
+    pub fn push(&mut self, reading: &RangeReading) -> Option<Frame> {
+        self.tally.readings += 1;
+        let world_from_robot = match self.track.world_from_robot(reading.stamp_ns) {
+            Ok(pose) => pose,
+            Err(reason) => {
+                *self.tally.dropped.entry(reason.name()).or_default() += 1;
+                return None;
+            }
+        };
+        let closed = self.opens(reading.stamp_ns, &world_from_robot).then(|| {
+            let index = self.next_index;
+            self.next_index += 1;
+            self.open.replace(Frame {
+                index,
+                stamp_ns: reading.stamp_ns,
+                world_from_robot,
+                entries: Vec::new(),
+            })
+        });
+        self.enter(reading, &world_from_robot);
+        closed.flatten()
+    }
+
+    /// The last frame, and what became of the readings.
+    pub fn finish(self) -> (Option<Frame>, Tally) {
+        (self.open, self.tally)
+    }
+
+    fn opens(&self, stamp_ns: i64, world_from_robot: &Pose2) -> bool {
+        let Some(open) = &self.open else {
+            return true;
+        };
+        if self.step == 0.0 {
+            return stamp_ns != open.stamp_ns;
+        }
+        let opened = &open.world_from_robot;
+        (world_from_robot.position() - opened.position()).norm() >= self.step
+            || angle_between(world_from_robot.yaw, opened.yaw) >= self.step_angle
+    }
+
+    /// Gives the open frame the sonar's first echo, or, failing that, its first no-echo.
+    fn enter(&mut self, reading: &RangeReading, world_from_robot: &Pose2) {
+        let echo = match reading.classify() {
+            Return::Echo => {
+                self.tally.echoes += 1;
+                Some(Echo {
+                    range: reading.range,
+                    variance: reading.variance,
+                })
+            }
+            Return::NoEcho => {
+                self.tally.no_echoes += 1;
+                None
+            }
+            Return::Invalid => {
+                *self.tally.dropped.entry("invalid").or_default() += 1;
+                return;
+            }
+        };
+        let (Some(frame), Some(sonar)) = (&mut self.open, self.sonars.get(reading.sonar.index()))
+        else {
+            return;
+        };
+        let entry = Entry {
+            sonar: reading.sonar,
+            stamp_ns: reading.stamp_ns,
+            world_from_sensor: world_from_robot.compose(&sonar.robot_from_sensor),
+            beam_width: reading.beam_width,
+            echo,
+        };
+        match frame
+            .entries
+            .binary_search_by_key(&reading.sonar, |e| e.sonar)
+        {
+            Err(place) => frame.entries.insert(place, entry),
+            Ok(place) => match frame.entries.get_mut(place) {
+                Some(held) if held.echo.is_none() && entry.echo.is_some() => {
+                    *held = entry;
+                    self.tally.surplus += 1;
+                }
+                _ => self.tally.surplus += 1,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::OdometrySample;
+
+    const NONE: f64 = f64::INFINITY;
+
+    fn sonars() -> Vec<Sonar> {
+        let sonar = |name: &str, yaw| Sonar {
+            name: name.into(),
+            topic: name.into(),
+            robot_from_sensor: Pose2::new(0.1, 0.0, yaw),
+        };
+        vec![sonar("a", 0.0), sonar("b", 1.0)]
+    }
+
+    /// At 1 m/s along x for ten seconds.
+    fn odometry() -> Vec<OdometrySample> {
+        (0..=100)
+            .map(|k| OdometrySample {
+                stamp_ns: k * 100_000_000,
+                world_from_robot: Pose2::new(k as f64 * 0.1, 0.0, 0.0),
+            })
+            .collect()
+    }
+
+    fn reading(millis: i64, sonar: u16, range: f64) -> RangeReading {
+        RangeReading {
+            stamp_ns: millis * 1_000_000,
+            sonar: SonarId(sonar),
+            range,
+            min_range: 0.1,
+            max_range: 5.0,
+            beam_width: 0.4,
+            variance: 0.0,
+        }
+    }
+
+    fn frames(readings: &[RangeReading], bounds: &config::Frames) -> (Vec<Frame>, Tally) {
+        let (odometry, sonars) = (odometry(), sonars());
+        let mut framer = Framer::new(Track::new(&odometry, bounds), &sonars, bounds);
+        let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
+        let (last, tally) = framer.finish();
+        frames.extend(last);
+        (frames, tally)
+    }
+
+    #[test]
+    fn a_frame_opens_every_step() {
+        let readings: Vec<_> = (0..100).map(|k| reading(k * 20, 0, 1.0)).collect();
+        let bounds = config::Frames {
+            step: 0.099,
+            ..config::Frames::default()
+        };
+        let (frames, _) = frames(&readings, &bounds);
+        let opened: Vec<f64> = frames.iter().map(|f| f.world_from_robot.x).collect();
+        assert_eq!(frames.len(), 20, "{opened:?}");
+        assert!(frames.iter().zip(0..).all(|(f, k)| f.index == k));
+        assert_eq!(frames[1].stamp_ns, 100_000_000);
+    }
+
+    #[test]
+    fn the_first_echo_is_kept_and_replaces_a_no_echo() {
+        let readings = [
+            reading(0, 0, NONE),
+            reading(10, 0, 1.0),
+            reading(20, 0, 2.0),
+            reading(30, 1, NONE),
+            reading(40, 1, 7.0),
+        ];
+        let (frames, tally) = frames(&readings, &config::Frames::default());
+        let [frame] = frames.as_slice() else { panic!() };
+        assert_eq!(frame.stamp_ns, 0, "a no-echo opens a frame");
+        assert_eq!(frame.entries[0].echo.unwrap().range, 1.0);
+        assert_eq!(frame.entries[0].stamp_ns, 10_000_000);
+        assert_eq!(frame.entries[1].echo, None);
+        assert_eq!(frame.entries[1].stamp_ns, 30_000_000);
+        assert_eq!((tally.echoes, tally.no_echoes, tally.surplus), (2, 3, 3));
+    }
+
+    #[test]
+    fn an_invalid_reading_opens_a_frame_and_has_no_entry_in_it() {
+        let readings = [reading(0, 0, f64::NAN), reading(50, 0, 1.0)];
+        let (frames, tally) = frames(&readings, &config::Frames::default());
+        assert_eq!(frames.len(), 1);
+        assert_eq!(frames[0].stamp_ns, 0);
+        assert_eq!(frames[0].entries[0].stamp_ns, 50_000_000);
+        assert_eq!(tally.dropped.get("invalid"), Some(&1));
+    }
+
+    #[test]
+    fn a_reading_without_a_pose_opens_nothing_and_is_counted() {
+        let (frames, tally) = frames(
+            &[reading(-5, 0, 1.0), reading(20_000, 0, 1.0)],
+            &config::Frames::default(),
+        );
+        assert!(frames.is_empty());
+        assert_eq!(tally.dropped.len(), 2);
+    }
+
+    #[test]
+    fn step_zero_opens_a_frame_at_every_stamp() {
+        let every = config::Frames {
+            step: 0.0,
+            ..config::Frames::default()
+        };
+        let readings = [reading(0, 0, 1.0), reading(0, 1, 1.0), reading(1, 0, 1.0)];
+        let (frames, _) = frames(&readings, &every);
+        assert_eq!(
+            frames.iter().map(|f| f.entries.len()).collect::<Vec<_>>(),
+            [2, 1]
+        );
+    }
+
+    #[test]
+    fn the_sensor_is_placed_by_its_mount() {
+        let (frames, _) = frames(&[reading(1000, 1, 1.0)], &config::Frames::default());
+        let sensor = frames[0].entries[0].world_from_sensor;
+        assert!((sensor.x - 1.1).abs() < 1e-12 && (sensor.yaw - 1.0).abs() < 1e-12);
+    }
 }

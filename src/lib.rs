@@ -1,2 +1,9 @@
+pub mod config;
+pub mod error;
 pub mod event;
+pub mod frames;
 pub mod geometry;
+pub mod odometry;
+pub mod recording;
+pub mod replay;
+pub mod tmam;

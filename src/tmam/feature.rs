@@ -3,7 +3,7 @@
 use nalgebra::Matrix2;
 
 use super::arc::ArcId;
-use crate::geometry::Vec2;
+use crate::geometry::{Vec2, direction, unit, wrap_angle};
 
 /// A wall: the line `x cos(theta) + y sin(theta) = rho` between two ends, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,4 +105,87 @@ pub struct MapFeature {
     pub shape: Shape,
     /// How many associated readings stand behind it: the n of (24)-(27).
     pub readings: u32,
+}
+
+impl Segment {
+    /// The two ends.
+    pub fn ends(&self) -> [Vec2; 2] {
+        let along = unit(self.theta + std::f64::consts::FRAC_PI_2) * self.half_length;
+        [self.mid - along, self.mid + along]
+    }
+
+    /// The same segment with `rho >= 0` and theta in (-pi, pi]: (rho, theta) and
+    /// (-rho, theta + pi) are one line.
+    pub fn canonical(self) -> Self {
+        if self.rho < 0.0 {
+            self.flipped()
+        } else {
+            Self {
+                theta: wrap_angle(self.theta),
+                ..self
+            }
+        }
+    }
+
+    /// The same segment under the other sign of (rho, theta).
+    pub fn flipped(self) -> Self {
+        let [c12, c21] = [-self.covariance.m12, -self.covariance.m21];
+        Self {
+            rho: -self.rho,
+            theta: wrap_angle(self.theta + std::f64::consts::PI),
+            covariance: Matrix2::new(self.covariance.m11, c12, c21, self.covariance.m22),
+            ..self
+        }
+    }
+}
+
+impl Point {
+    /// Polar coordinates (rho, alpha) of (7), metres and radians.
+    pub fn polar(&self) -> (f64, f64) {
+        (self.position.norm(), direction(self.position))
+    }
+
+    /// Covariance over (rho, alpha), (22); `None` where the point lies so near the origin that
+    /// polar coordinates are singular: closer than its own standard deviation.
+    pub fn polar_covariance(&self) -> Option<Matrix2<f64>> {
+        let (rho, alpha) = self.polar();
+        if rho * rho <= self.covariance.trace() {
+            return None;
+        }
+        let n = unit(alpha);
+        let polar_from_xy = Matrix2::new(n.x, n.y, -n.y / rho, n.x / rho);
+        Some(polar_from_xy * self.covariance * polar_from_xy.transpose())
+    }
+}
+
+impl Shape {
+    /// Line or point.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Line(_) => Kind::Line,
+            Self::Point(_) => Kind::Point,
+        }
+    }
+}
+
+impl Kind {
+    /// `line` or `point`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Point => "point",
+        }
+    }
+}
+
+impl Rejection {
+    /// The word in files: `no-start`, `singular`, `diverged` or `outside-beams`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoStart => "no-start",
+            Self::Singular => "singular",
+            Self::Diverged => "diverged",
+            Self::OutsideBeams => "outside-beams",
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What one step of the machine hands to its observers.
 
-use super::arc::{Arc, ArcId};
+use super::arc::Arc;
 use super::feature::Extraction;
 use super::triple::Verdict;
 
@@ -14,13 +14,4 @@ pub struct Step {
     pub verdicts: Vec<Verdict>,
     /// Features extracted from the runs that closed now, each with what became of it in the map.
     pub extractions: Vec<Extraction>,
-}
-
-/// An arc and the feature its run gave.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Membership {
-    /// The arc.
-    pub arc: ArcId,
-    /// The extraction's id.
-    pub feature: u32,
 }

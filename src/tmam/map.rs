@@ -1,0 +1,291 @@
+//! Fusion of extracted features with the registered ones: (24) to (27).
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::Matrix2;
+
+use super::feature::{Action, MapFeature, Point, Segment, Shape};
+use crate::geometry::{angle_between, unit, wrap_angle};
+
+/// The registered features.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    features: Vec<MapFeature>,
+    match_distance: f64,
+}
+
+impl Map {
+    /// An empty map in which points nearer than `match_distance` (metres) are the same.
+    pub fn new(match_distance: f64) -> Self {
+        Self {
+            features: Vec::new(),
+            match_distance,
+        }
+    }
+
+    /// Every registered feature, by id.
+    pub fn features(&self) -> &[MapFeature] {
+        &self.features
+    }
+
+    /// Fuses a feature that `readings` associated readings gave with the nearest match, or
+    /// registers it as a new one.
+    pub fn add(&mut self, shape: Shape, readings: u32) -> (Action, MapFeature) {
+        let nearest = self
+            .features
+            .iter_mut()
+            .filter_map(|known| Some((deviation(&shape, known, self.match_distance)?, known)))
+            .min_by(|(a, _), (b, _)| a.total_cmp(b));
+        if let Some((_, known)) = nearest {
+            *known = fuse(known, &shape, readings);
+            return (Action::Merged(known.id), *known);
+        }
+        let new = MapFeature {
+            id: u32::try_from(self.features.len()).unwrap_or(u32::MAX),
+            shape,
+            readings,
+        };
+        self.features.push(new);
+        (Action::Registered(new.id), new)
+    }
+}
+
+/// How far a feature is from a registered one; `None` beyond the gates.
+fn deviation(extracted: &Shape, registered: &MapFeature, match_distance: f64) -> Option<f64> {
+    match (extracted, &registered.shape) {
+        (Shape::Line(e), Shape::Line(r)) => line_deviation(e, r),
+        (Shape::Point(e), Shape::Point(r)) => {
+            let distance = (e.position - r.position).norm();
+            (distance < match_distance).then_some(distance)
+        }
+        _ => None,
+    }
+}
+
+/// The deviation (27) of two lines that pass the tests (24) to (26).
+fn line_deviation(extracted: &Segment, registered: &Segment) -> Option<f64> {
+    let e = signed_like(extracted, registered);
+    let square = |x: f64| x * x;
+    let angle = square(wrap_angle(e.theta - registered.theta));
+    let offset = square(e.rho - registered.rho); // the paper's (25) forgets the square
+    let apart = (e.mid - registered.mid).norm_squared();
+    let angle_gate = e.covariance.m22 + registered.covariance.m22;
+    let offset_gate = e.covariance.m11 + registered.covariance.m11;
+    let overlap_gate = square(e.half_length + registered.half_length);
+    let matches = angle < angle_gate // (24)
+        && offset < offset_gate // (25)
+        && apart < overlap_gate; // (26)
+    matches.then(|| angle / angle_gate + offset / offset_gate + apart / overlap_gate) // (27)
+}
+
+/// The segment under the sign of (rho, theta) that is nearer to the other's.
+fn signed_like(segment: &Segment, other: &Segment) -> Segment {
+    if angle_between(segment.theta, other.theta) > FRAC_PI_2 {
+        segment.flipped()
+    } else {
+        *segment
+    }
+}
+
+/// The n-weighted means of a registered feature and an extracted one.
+fn fuse(registered: &MapFeature, extracted: &Shape, readings: u32) -> MapFeature {
+    let total = registered.readings.saturating_add(readings);
+    let weight = f64::from(readings) / f64::from(total.max(1));
+    let covariance = |r: &Matrix2<f64>, e: &Matrix2<f64>| r * (1.0 - weight) + e * weight;
+    let shape = match (&registered.shape, extracted) {
+        (Shape::Line(r), Shape::Line(e)) => {
+            let e = signed_like(e, r);
+            let rho = r.rho + weight * (e.rho - r.rho);
+            let theta = r.theta + weight * wrap_angle(e.theta - r.theta);
+            let fused = Segment {
+                rho,
+                theta,
+                covariance: covariance(&r.covariance, &e.covariance),
+                ..*r
+            };
+            Shape::Line(spanning(fused, &[*r, e]).canonical())
+        }
+        (Shape::Point(r), Shape::Point(e)) => Shape::Point(Point {
+            position: r.position + (e.position - r.position) * weight,
+            covariance: covariance(&r.covariance, &e.covariance),
+        }),
+        (kept, _) => *kept,
+    };
+    MapFeature {
+        id: registered.id,
+        shape,
+        readings: total,
+    }
+}
+
+/// The segment with the extent of the given ones, projected on its line.
+fn spanning(line: Segment, segments: &[Segment]) -> Segment {
+    let along = unit(line.theta + FRAC_PI_2);
+    let (low, high) = segments
+        .iter()
+        .flat_map(Segment::ends)
+        .map(|end| end.dot(&along))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), way| {
+            (low.min(way), high.max(way))
+        });
+    Segment {
+        mid: unit(line.theta) * line.rho + along * ((low + high) / 2.0),
+        half_length: (high - low) / 2.0,
+        ..line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec2;
+    use proptest::prelude::*;
+
+    fn segment(rho: f64, theta: f64, way: f64, half_length: f64, sigma: [f64; 2]) -> Segment {
+        let along = unit(theta + FRAC_PI_2);
+        let c = 0.3 * sigma[0] * sigma[1];
+        Segment {
+            rho,
+            theta,
+            covariance: Matrix2::new(sigma[0] * sigma[0], c, c, sigma[1] * sigma[1]),
+            mid: unit(theta) * rho + along * way,
+            half_length,
+        }
+        .canonical()
+    }
+
+    fn only(map: &Map) -> MapFeature {
+        assert_eq!(map.features().len(), 1, "{:?}", map.features());
+        map.features()[0]
+    }
+
+    fn line(feature: &MapFeature) -> Segment {
+        match feature.shape {
+            Shape::Line(segment) => segment,
+            Shape::Point(_) => panic!("a point"),
+        }
+    }
+
+    fn map_of(segments: &[(Segment, u32)]) -> Map {
+        let mut map = Map::new(0.2);
+        for (segment, n) in segments {
+            map.add(Shape::Line(*segment), *n);
+        }
+        map
+    }
+
+    proptest! {
+        /// Walls through the origin, where rho changes sign with the noise, included.
+        #[test]
+        fn two_merges_in_either_order_give_the_same_line(
+            rho in -0.02..3.0, theta in -3.2..3.2,
+            e in prop::array::uniform4(-0.01..0.01),
+            n in prop::array::uniform3(3u32..20),
+        ) {
+            let sigma = [0.05, 0.05];
+            let a = segment(rho, theta, 0.0, 0.5, sigma);
+            let b = segment(rho + e[0], theta + e[1], 0.2, 0.4, sigma);
+            let c = segment(rho + e[2], theta + e[3], -0.3, 0.6, sigma);
+            let one = only(&map_of(&[(a, n[0]), (b, n[1]), (c, n[2])]));
+            let two = only(&map_of(&[(a, n[0]), (c, n[2]), (b, n[1])]));
+            prop_assert_eq!(one.readings, two.readings);
+            let (one, two) = (line(&one), signed_like(&line(&two), &line(&one)));
+            prop_assert!((one.rho - two.rho).abs() < 1e-9);
+            prop_assert!(angle_between(one.theta, two.theta) < 1e-9);
+            prop_assert!((one.covariance - two.covariance).norm() < 1e-12);
+            // The ends are projected twice, so they agree to the second order of the angles.
+            prop_assert!((one.mid - two.mid).norm() < 1e-3 && (one.half_length - two.half_length).abs() < 1e-3);
+        }
+
+        #[test]
+        fn the_sign_of_rho_and_theta_does_not_matter(rho in 0.0..3.0, theta in -3.2..3.2, e in prop::array::uniform2(-0.01..0.01), n in 3u32..20) {
+            let a = segment(rho, theta, 0.0, 0.5, [0.05, 0.05]);
+            let b = segment(rho + e[0], theta + e[1], 0.2, 0.4, [0.05, 0.05]);
+            let plain = line(&only(&map_of(&[(a, 5), (b, n)])));
+            let flipped = line(&only(&map_of(&[(a, 5), (b.flipped(), n)])));
+            prop_assert!((plain.rho - flipped.rho).abs() < 1e-12);
+            prop_assert!(angle_between(plain.theta, flipped.theta) < 1e-12);
+            prop_assert!((plain.mid - flipped.mid).norm() < 1e-9);
+            prop_assert!((plain.covariance - flipped.covariance).norm() < 1e-12);
+            prop_assert!(plain.rho >= 0.0);
+        }
+
+        #[test]
+        fn two_merges_in_either_order_give_the_same_point(e in prop::array::uniform4(-0.05..0.05), n in prop::array::uniform3(3u32..20)) {
+            let point = |x: f64, y: f64| Shape::Point(Point { position: Vec2::new(1.0 + x, y), covariance: Matrix2::identity() * 1e-4 });
+            let (a, b, c) = (point(0.0, 0.0), point(e[0], e[1]), point(e[2], e[3]));
+            let fused = |order: [(Shape, u32); 3]| {
+                let mut map = Map::new(0.2);
+                for (shape, n) in order { map.add(shape, n); }
+                match only(&map).shape { Shape::Point(p) => p, Shape::Line(_) => panic!("a line") }
+            };
+            let one = fused([(a, n[0]), (b, n[1]), (c, n[2])]);
+            let two = fused([(a, n[0]), (c, n[2]), (b, n[1])]);
+            prop_assert!((one.position - two.position).norm() < 1e-12);
+            prop_assert!((one.covariance - two.covariance).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn equation_25_compares_squares() {
+        // 5 cm apart with 4 cm of deviation each: 0.05 > 0.0032, as the paper prints it, would not
+        // match, nor would -0.05 < 0.0032 ever fail.
+        let sigma = [0.04, 0.05];
+        let a = segment(2.0, 0.3, 0.0, 0.5, sigma);
+        assert_eq!(
+            map_of(&[(a, 4), (segment(2.05, 0.3, 0.0, 0.5, sigma), 4)])
+                .features()
+                .len(),
+            1
+        );
+        assert_eq!(
+            map_of(&[(a, 4), (segment(2.06, 0.3, 0.0, 0.5, sigma), 4)])
+                .features()
+                .len(),
+            2
+        );
+        assert_eq!(
+            map_of(&[(a, 4), (segment(1.94, 0.3, 0.0, 0.5, sigma), 4)])
+                .features()
+                .len(),
+            2
+        );
+    }
+
+    #[test]
+    fn lines_that_do_not_overlap_stay_apart() {
+        let sigma = [0.05, 0.05];
+        let a = segment(2.0, 0.3, 0.0, 0.5, sigma);
+        let b = segment(2.0, 0.3, 1.1, 0.5, sigma);
+        assert_eq!(map_of(&[(a, 4), (b, 4)]).features().len(), 2);
+    }
+
+    #[test]
+    fn the_fused_segment_spans_both() {
+        let sigma = [0.05, 0.05];
+        let a = segment(2.0, 0.3, 0.0, 0.5, sigma);
+        let b = segment(2.0, 0.3, 0.8, 0.5, sigma);
+        let fused = line(&only(&map_of(&[(a, 4), (b, 4)])));
+        assert!(
+            (fused.half_length - 0.9).abs() < 1e-12,
+            "{}",
+            fused.half_length
+        );
+    }
+
+    #[test]
+    fn the_nearest_match_wins_and_ids_stay() {
+        let mut map = Map::new(0.2);
+        let point = |x: f64| {
+            Shape::Point(Point {
+                position: Vec2::new(x, 0.0),
+                covariance: Matrix2::identity(),
+            })
+        };
+        assert_eq!(map.add(point(0.0), 3).0, Action::Registered(0));
+        assert_eq!(map.add(point(0.3), 3).0, Action::Registered(1));
+        assert_eq!(map.add(point(0.18), 3).0, Action::Merged(1));
+        assert_eq!(map.add(point(0.05), 3).0, Action::Merged(0));
+        assert_eq!(map.add(point(0.6), 3).0, Action::Registered(2));
+    }
+}
