@@ -21,7 +21,7 @@ use std::io::Write;
 
 use rerun::external::re_log_encoding::CodecError;
 use rerun::log::ChunkError;
-use rerun::{RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D};
+use rerun::{ApplicationId, RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D};
 
 use self::arcs::ArcTables;
 use self::blueprint::Layout;
@@ -107,7 +107,6 @@ impl<W: Write> Recording<W> {
         put_static("/world", &style::annotations(), &mut out)?;
         arcs::put_styles(setting.sonars, gamma, &mut out)?;
         closed::put_styles(&mut out)?;
-        map::put_styles(&mut out)?;
         robot::put_styles(setting.sonars, &mut out)?;
         Ok(Self {
             out: Some(out),
@@ -243,6 +242,9 @@ impl<W: Write> Observer for Recording<W> {
     }
 }
 
+/// How much of a file's name goes into the name of its recordings' application.
+const MAX_STEM: usize = 100;
+
 /// Names for the recording and its blueprint that follow from log and configuration.
 ///
 /// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
@@ -250,12 +252,19 @@ impl<W: Write> Observer for Recording<W> {
 fn store_ids(setting: &Setting<'_>) -> [StoreId; 2] {
     let source = setting.source;
     let content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
-    let application = format!("tmam {}", source.file);
+    // Other characters are not allowed in an application's name.
+    let stem = source.file.rsplit_once('.').map_or(source.file.as_str(), |(stem, _)| stem);
+    let stem: String = stem
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' })
+        .take(MAX_STEM)
+        .collect();
+    let application = ApplicationId::new_or_unknown(format!("tmam-{stem}"));
     let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
     let blueprint = format!("{recording}-blueprint");
     [
-        StoreId::new(StoreKind::Recording, application.as_str(), recording),
-        StoreId::new(StoreKind::Blueprint, application.as_str(), blueprint),
+        StoreId::new(StoreKind::Recording, application.clone(), recording),
+        StoreId::new(StoreKind::Blueprint, application, blueprint),
     ]
 }
 

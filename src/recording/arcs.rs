@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use rerun::components::{Name, Text};
+use rerun::components::Name;
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{
     Color, EntityPath, LineStrips2D, Points2D, Scalars, SerializationResult,
@@ -98,7 +98,9 @@ impl Instance for Angle {
     }
 }
 
-struct State(Option<&'static str>);
+/// A row without one ends the state before it: a gap in the lane. (A null would say the same,
+/// but `rerun rrd verify` takes it for damage.)
+struct State(&'static str);
 
 impl Instance for State {
     fn columns(
@@ -106,7 +108,7 @@ impl Instance for State {
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
         Ok(StateChange::update_fields()
-            .with_state_opt(states.iter().map(|state| state.0.map(Text::from)))
+            .with_state(states.iter().map(|state| state.0))
             .columns(lengths.iter().copied())?
             .collect())
     }
@@ -200,8 +202,10 @@ impl ArcTables {
         self.theta_i.push(at, theta_i, lines, out)?;
         for cell in &held.cells {
             if let Some(table) = self.labels.get_mut(cell.sonar.index()) {
-                let state = State(cell.verdict.map(|verdict| style::name(verdict.label)));
-                table.push(at, [state], lines, out)?;
+                let state = cell
+                    .verdict
+                    .map(|verdict| State(style::name(verdict.label)));
+                table.push(at, state, lines, out)?;
             }
         }
         Ok(())

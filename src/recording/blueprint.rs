@@ -46,6 +46,7 @@ enum Id {
     Root = 1,
     Left,
     Right,
+    Angles,
     Scene,
     Map,
     About,
@@ -62,7 +63,7 @@ impl Id {
 
     fn path(self) -> String {
         match self {
-            Self::Root | Self::Left | Self::Right | Self::Scene => {
+            Self::Root | Self::Left | Self::Right | Self::Angles | Self::Scene => {
                 format!("container/{}", self.uuid())
             }
             _ => format!("view/{}", self.uuid()),
@@ -134,8 +135,8 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     map(&mut w, layout)?;
     w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
     for (id, name, path) in [
-        (Id::ThetaC, "theta_c [rad]: small says wall", "+ /angles/theta_c"),
-        (Id::ThetaI, "theta_i [rad]: small says point", "+ /angles/theta_i"),
+        (Id::ThetaC, "theta_c [rad]: low = wall", "+ /angles/theta_c"),
+        (Id::ThetaI, "theta_i [rad]: low = point", "+ /angles/theta_i"),
     ] {
         plot(&mut w, layout, id, name, path)?;
     }
@@ -155,10 +156,17 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
         &[3.0, 1.0],
     )?;
     w.container(
+        Id::Angles,
+        ContainerKind::Horizontal,
+        &[Id::ThetaC, Id::ThetaI],
+        &[1.0, 1.0],
+    )?;
+    // Sixteen lanes need three quarters of the height.
+    w.container(
         Id::Right,
         ContainerKind::Vertical,
-        &[Id::ThetaC, Id::ThetaI, Id::Labels],
-        &[1.0, 1.0, 2.4],
+        &[Id::Angles, Id::Labels],
+        &[1.0, 2.9],
     )?;
     w.container(
         Id::Root,
@@ -230,7 +238,7 @@ fn plot<W: Write>(
     w.property(
         id,
         "ScalarAxis",
-        &ScalarAxis::new().with_range(Range1D([0.0, 1.08 * layout.beam_width].into())),
+        &ScalarAxis::new().with_range(Range1D([-0.06 * layout.beam_width, 1.06 * layout.beam_width].into())),
     )?;
     w.property(
         id,

@@ -10,7 +10,6 @@ use rerun::{
 use super::Error;
 use super::arcs::{sweep, xy};
 use super::encode::RrdWriter;
-use super::map::ends;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::tmam::arc::{Arc, ArcId};
@@ -123,7 +122,7 @@ impl ClosedTables {
         );
         match extraction.shape {
             Some(Shape::Line(segment)) => {
-                self.now.lines.push(strip(ends(&segment).map(xy).to_vec()));
+                self.now.lines.push(strip(segment.ends().map(xy).to_vec()));
             }
             Some(Shape::Point(point)) => self.now.points.push(Spot {
                 position: xy(point.position),
@@ -190,10 +189,7 @@ fn color(extraction: &Extraction) -> Color {
 }
 
 fn label(extraction: &Extraction) -> String {
-    let kind = match extraction.kind {
-        Kind::Line => "line",
-        Kind::Point => "point",
-    };
+    let kind = extraction.kind.name();
     match extraction.action {
         Action::Registered(id) => format!("{kind} run {}: new in the map as {id}", extraction.id),
         Action::Merged(id) => format!("{kind} run {}: merged into {id}", extraction.id),

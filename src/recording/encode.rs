@@ -7,6 +7,7 @@
 
 use std::io::Write;
 
+use rerun::external::arrow::datatypes::Schema;
 use rerun::external::re_log_encoding::{
     Compression, CrateVersion, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC,
     RawRrdManifest, RrdFooter, RrdManifestBuilder, Serializer, StreamFooter, StreamHeader,
@@ -47,7 +48,13 @@ impl Manifest {
     }
 
     fn build(self) -> Result<RawRrdManifest, Error> {
-        Ok(self.builder.build(self.id)?)
+        let mut manifest = self.builder.build(self.id)?;
+        // The builder lists the columns in hash-map order.
+        let schema = std::mem::replace(&mut manifest.sorbet_schema, Schema::empty());
+        let mut fields: Vec<_> = schema.fields().iter().cloned().collect();
+        fields.sort_by(|a, b| a.name().cmp(b.name()));
+        manifest.sorbet_schema = Schema::new_with_metadata(fields, schema.metadata);
+        Ok(manifest)
     }
 }
 

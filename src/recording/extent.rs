@@ -70,7 +70,7 @@ impl Extent {
             bounds.max = bounds.max.sup(&Vec2::new(x1, y1));
         }
         let middle = (bounds.min + bounds.max) / 2.0;
-        let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.06 * h).max(LEAST));
+        let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.1 * h).max(LEAST));
         Bounds {
             min: middle - half,
             max: middle + half,
@@ -79,19 +79,21 @@ impl Extent {
 
     fn span(&self, histogram: &BTreeMap<i64, u64>) -> Option<(f64, f64)> {
         let outside = (OUTSIDE * self.count as f64) as u64;
-        let within = |cells: &mut dyn Iterator<Item = (&i64, &u64)>| {
-            let mut passed = 0;
-            cells
-                .find(|(_, n)| {
-                    passed += **n;
-                    passed > outside
-                })
-                .map(|(cell, _)| *cell as f64 * CELL)
-        };
-        let low = within(&mut histogram.iter())?;
-        let high = within(&mut histogram.iter().rev())?;
-        Some((low, high + CELL))
+        let low = beyond(histogram.iter(), outside)?;
+        let high = beyond(histogram.iter().rev(), outside)?;
+        Some((low as f64 * CELL, (high + 1) as f64 * CELL))
     }
+}
+
+/// The first cell with which more than `outside` echoes have passed.
+fn beyond<'a>(mut cells: impl Iterator<Item = (&'a i64, &'a u64)>, outside: u64) -> Option<i64> {
+    let mut passed = 0;
+    cells
+        .find(|(_, n)| {
+            passed += **n;
+            passed > outside
+        })
+        .map(|(cell, _)| *cell)
 }
 
 #[cfg(test)]

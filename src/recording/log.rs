@@ -10,7 +10,7 @@ use super::encode::RrdWriter;
 use super::style;
 use super::table::{Instance, Moment, Table, Timelines};
 use crate::event::Sonar;
-use crate::tmam::feature::{Action, Extraction, Kind, MapFeature, Rejection, Shape};
+use crate::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
 
 struct Message {
     text: String,
@@ -93,48 +93,37 @@ impl LogTable {
 
 /// A closed run in one sentence: what, whence, where, and what became of it.
 fn describe(extraction: &Extraction, sonar: &str) -> String {
-    let kind = match extraction.kind {
-        Kind::Line => "line",
-        Kind::Point => "point",
-    };
+    let kind = extraction.kind.name();
     let frames = match (extraction.associated.first(), extraction.associated.last()) {
         (Some(first), Some(last)) => format!("frames {}-{}", first.frame, last.frame),
         _ => "no frames".to_owned(),
     };
     let fate = match extraction.action {
-        Action::Registered(id) => format!("new in the map as {kind} {id}"),
-        Action::Merged(id) => format!(
-            "merged into map {kind} {id}{}",
-            total(extraction.map_feature.as_ref())
-        ),
-        Action::Rejected(why) => format!("rejected: {}", in_words(why)),
+        Action::Registered(id) => format!("new map {kind} {id}"),
+        Action::Merged(id) => match extraction.map_feature {
+            Some(feature) => format!("merged into map {kind} {id} (n {})", feature.readings),
+            None => format!("merged into map {kind} {id}"),
+        },
+        Action::Rejected(why) => format!("rejected, {}", in_words(why)),
     };
     format!(
-        "{kind} run {} of {sonar}, {frames} ({} readings): {}{fate}",
+        "{kind} {} from {sonar}, {frames} ({} readings): {}{fate}",
         extraction.id,
         extraction.associated.len(),
         estimate(extraction),
     )
 }
 
-fn total(feature: Option<&MapFeature>) -> String {
-    feature.map_or_else(String::new, |feature| {
-        format!(" ({} readings in all)", feature.readings)
-    })
-}
-
 fn estimate(extraction: &Extraction) -> String {
     let place = match &extraction.shape {
         Some(Shape::Line(line)) => format!(
-            "rho {:.3} m, theta {:.1} deg, {:.2} m long",
+            "rho {:.3} m, theta {:.1} deg",
             line.rho,
-            line.theta.to_degrees(),
-            2.0 * line.half_length
+            line.theta.to_degrees()
         ),
-        Some(Shape::Point(point)) => format!(
-            "x {:.3} m, y {:.3} m",
-            point.position.x, point.position.y
-        ),
+        Some(Shape::Point(point)) => {
+            format!("x {:.3} m, y {:.3} m", point.position.x, point.position.y)
+        }
         None => return String::new(),
     };
     format!("{place}, rms {:.1} mm; ", extraction.residual_rms * 1e3)
@@ -155,7 +144,7 @@ mod tests {
     use crate::event::SonarId;
     use crate::geometry::Vec2;
     use crate::tmam::arc::ArcId;
-    use crate::tmam::feature::Segment;
+    use crate::tmam::feature::{MapFeature, Segment};
     use nalgebra::Matrix2;
 
     fn extraction(action: Action, shape: Option<Shape>) -> Extraction {
@@ -196,16 +185,16 @@ mod tests {
         });
         assert_eq!(
             describe(&merged, "sonar_04"),
-            "line run 3 of sonar_04, frames 12-19 (8 readings): rho 2.003 m, theta 90.1 deg, \
-             1.50 m long, rms 3.1 mm; merged into map line 5 (23 readings in all)"
+            "line 3 from sonar_04, frames 12-19 (8 readings): \
+             rho 2.003 m, theta 90.1 deg, rms 3.1 mm; merged into map line 5 (n 23)"
         );
         assert_eq!(
             describe(
                 &extraction(Action::Rejected(Rejection::Singular), None),
                 "sonar_04"
             ),
-            "line run 3 of sonar_04, frames 12-19 (8 readings): \
-             rejected: the readings do not determine it"
+            "line 3 from sonar_04, frames 12-19 (8 readings): \
+             rejected, the readings do not determine it"
         );
     }
 }

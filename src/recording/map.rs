@@ -1,10 +1,11 @@
 //! The map as it grows: walls, points and how sure they are.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::Write;
 
 use rerun::{
-    LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
+    AsComponents, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
 };
 
 use super::Error;
@@ -13,7 +14,7 @@ use super::encode::RrdWriter;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::geometry::{Vec2, unit};
-use crate::tmam::feature::{MapFeature, Point, Segment, Shape};
+use crate::tmam::feature::{Kind, MapFeature, Point, Segment, Shape};
 
 /// How many standard deviations the outlines of uncertainty lie out.
 pub const SIGMAS: f64 = 3.0;
@@ -75,11 +76,62 @@ impl Instance for Outline {
 }
 
 /// The map so far and its rows.
+///
+/// A change rewrites the [`PAGE`] features around the changed one, not the whole map: else the
+/// bytes of a long run would grow with the square of its length.
 pub struct MapTables {
     features: BTreeMap<u32, MapFeature>,
-    lines: Table<Wall>,
-    points: Table<Corner>,
-    covariance: Table<Outline>,
+    lines: Pages<Wall>,
+    points: Pages<Corner>,
+    covariance: Pages<Outline>,
+}
+
+/// Features per page: ids `PAGE * n` and up are at `/world/map/<what>/<n>`.
+const PAGE: u32 = 16;
+
+struct Pages<T> {
+    path: &'static str,
+    tables: BTreeMap<u32, Table<T>>,
+}
+
+impl<T: Instance> Pages<T> {
+    fn new(path: &'static str) -> Self {
+        Self {
+            path,
+            tables: BTreeMap::new(),
+        }
+    }
+
+    fn push<W: Write>(
+        &mut self,
+        page: u32,
+        at: Moment,
+        row: Vec<T>,
+        look: &dyn AsComponents,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        let table = match self.tables.entry(page) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                let path = format!("{}/{page}", self.path);
+                put_static(path.as_str(), look, out)?;
+                entry.insert(Table::new(path.as_str()))
+            }
+        };
+        table.push(at, row, lines, out)
+    }
+
+    fn flush<W: Write>(
+        &mut self,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        for table in self.tables.values_mut() {
+            table.flush(lines, out)?;
+        }
+        Ok(())
+    }
 }
 
 impl MapTables {
@@ -87,9 +139,9 @@ impl MapTables {
     pub fn new() -> Self {
         Self {
             features: BTreeMap::new(),
-            lines: Table::new("/world/map/lines"),
-            points: Table::new("/world/map/points"),
-            covariance: Table::new("/world/map/covariance"),
+            lines: Pages::new("/world/map/lines"),
+            points: Pages::new("/world/map/points"),
+            covariance: Pages::new("/world/map/covariance"),
         }
     }
 
@@ -101,61 +153,36 @@ impl MapTables {
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
-        let (mut walls, mut corners) = (false, false);
+        let mut touched = BTreeMap::<u32, [bool; 2]>::new();
         for feature in changed {
-            match feature.shape {
-                Shape::Line(_) => walls = true,
-                Shape::Point(_) => corners = true,
+            let [walls, corners] = touched.entry(feature.id / PAGE).or_default();
+            match feature.shape.kind() {
+                Kind::Line => *walls = true,
+                Kind::Point => *corners = true,
             }
             self.features.insert(feature.id, feature);
         }
-        if walls {
-            let row = self.segments().map(|(feature, segment)| Wall {
-                ends: ends(&segment).map(xy),
-                label: format!("line {} ({} readings)", feature.id, feature.readings),
-            });
-            let row: Vec<Wall> = row.collect();
-            self.lines.push(at, row, lines, out)?;
-        }
-        if corners {
-            let row = self.corners().map(|(feature, point)| Corner {
-                position: xy(point.position),
-                label: format!("point {} ({} readings)", feature.id, feature.readings),
-            });
-            let row: Vec<Corner> = row.collect();
-            self.points.push(at, row, lines, out)?;
-        }
-        if walls || corners {
-            let row: Vec<Outline> = self
-                .features
-                .values()
-                .map(|feature| match &feature.shape {
-                    Shape::Line(segment) => band(segment),
-                    Shape::Point(point) => ellipse(point),
-                })
-                .map(|outline| Outline(outline.into_iter().map(xy).collect()))
-                .collect();
-            self.covariance.push(at, row, lines, out)?;
+        for (page, [walls, corners]) in touched {
+            if walls {
+                let row = self.page(page).filter_map(wall).collect();
+                self.lines.push(page, at, row, &wall_look(), lines, out)?;
+            }
+            if corners {
+                let row = self.page(page).filter_map(corner).collect();
+                self.points.push(page, at, row, &corner_look(), lines, out)?;
+            }
+            let row = self.page(page).map(outline).collect();
+            self.covariance
+                .push(page, at, row, &outline_look(), lines, out)?;
         }
         Ok(())
     }
 
-    fn segments(&self) -> impl Iterator<Item = (&MapFeature, Segment)> {
+    fn page(&self, page: u32) -> impl Iterator<Item = &MapFeature> {
+        let first = page * PAGE;
         self.features
-            .values()
-            .filter_map(|feature| match feature.shape {
-                Shape::Line(segment) => Some((feature, segment)),
-                Shape::Point(_) => None,
-            })
-    }
-
-    fn corners(&self) -> impl Iterator<Item = (&MapFeature, Point)> {
-        self.features
-            .values()
-            .filter_map(|feature| match feature.shape {
-                Shape::Point(point) => Some((feature, point)),
-                Shape::Line(_) => None,
-            })
+            .range(first..=first.saturating_add(PAGE - 1))
+            .map(|(_, feature)| feature)
     }
 
     /// Writes what waits.
@@ -170,10 +197,32 @@ impl MapTables {
     }
 }
 
-/// The two ends of a segment.
-pub fn ends(segment: &Segment) -> [Vec2; 2] {
-    let along = tangent(segment) * segment.half_length;
-    [segment.mid - along, segment.mid + along]
+fn wall(feature: &MapFeature) -> Option<Wall> {
+    match &feature.shape {
+        Shape::Line(segment) => Some(Wall {
+            ends: segment.ends().map(xy),
+            label: format!("line {} ({} readings)", feature.id, feature.readings),
+        }),
+        Shape::Point(_) => None,
+    }
+}
+
+fn corner(feature: &MapFeature) -> Option<Corner> {
+    match &feature.shape {
+        Shape::Point(point) => Some(Corner {
+            position: xy(point.position),
+            label: format!("point {} ({} readings)", feature.id, feature.readings),
+        }),
+        Shape::Line(_) => None,
+    }
+}
+
+fn outline(feature: &MapFeature) -> Outline {
+    let around = match &feature.shape {
+        Shape::Line(segment) => band(segment),
+        Shape::Point(point) => ellipse(point),
+    };
+    Outline(around.into_iter().map(xy).collect())
 }
 
 fn tangent(segment: &Segment) -> Vec2 {
@@ -227,34 +276,27 @@ fn ellipse(point: &Point) -> Vec<Vec2> {
         .collect()
 }
 
-/// How the map looks.
-pub fn put_styles<W: Write>(out: &mut RrdWriter<W>) -> Result<(), Error> {
-    put_static(
-        "/world/map/lines",
-        &LineStrips2D::update_fields()
-            .with_radii([ui(2.5)])
-            .with_colors([style::WALL])
-            .with_show_labels(false)
-            .with_draw_order(order::WALL),
-        out,
-    )?;
-    put_static(
-        "/world/map/points",
-        &Points2D::update_fields()
-            .with_radii([ui(6.0)])
-            .with_colors([style::CORNER])
-            .with_show_labels(false)
-            .with_draw_order(order::CORNER),
-        out,
-    )?;
-    put_static(
-        "/world/map/covariance",
-        &LineStrips2D::update_fields()
-            .with_radii([ui(0.75)])
-            .with_colors([style::COVARIANCE])
-            .with_draw_order(order::COVARIANCE),
-        out,
-    )
+fn wall_look() -> LineStrips2D {
+    LineStrips2D::update_fields()
+        .with_radii([ui(2.5)])
+        .with_colors([style::WALL])
+        .with_show_labels(false)
+        .with_draw_order(order::WALL)
+}
+
+fn corner_look() -> Points2D {
+    Points2D::update_fields()
+        .with_radii([ui(6.0)])
+        .with_colors([style::CORNER])
+        .with_show_labels(false)
+        .with_draw_order(order::CORNER)
+}
+
+fn outline_look() -> LineStrips2D {
+    LineStrips2D::update_fields()
+        .with_radii([ui(0.5)])
+        .with_colors([style::COVARIANCE])
+        .with_draw_order(order::COVARIANCE)
 }
 
 #[cfg(test)]
@@ -291,8 +333,6 @@ mod tests {
         for at in band(&segment) {
             assert!((at.y - 2.0).abs() < 1e-12);
         }
-        let [a, b] = ends(&segment);
-        assert!((a.x - 4.5).abs() < 1e-12 && (b.x - 1.5).abs() < 1e-12);
     }
 
     #[test]
