@@ -3,7 +3,7 @@
 //! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
 
 pub mod file;
-mod keys;
+pub mod keys;
 
 use std::collections::BTreeMap;
 
@@ -17,14 +17,14 @@ pub enum Rule {
     Paper,
 }
 
-/// The parameters of a replay. Built by [`Config::default`] or [`file::parse`], then [`Config::check`]ed.
+/// The parameters of a replay: [`Config::default`] or [`file::parse`], then [`file::check`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// How arcs are labelled and features fused.
     pub rule: Rule,
-    /// Which channels are read.
-    pub topics: Topics,
+    /// What is read from the log.
+    pub input: Input,
     /// How readings are grouped into frames.
     pub frames: Frames,
     /// What interrupts one sonar's sequence of readings.
@@ -41,14 +41,27 @@ pub struct Config {
     pub sonar: BTreeMap<String, SonarOverride>,
 }
 
-/// Which channels are read. Empty: found by schema.
+/// What is read from the log.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Topics {
-    /// Globs over the topics that carry ranges.
-    pub range: Vec<String>,
-    /// Globs over the topics that carry odometry.
-    pub odometry: Vec<String>,
+pub struct Input {
+    /// Globs over the topics that carry ranges. Empty: every topic with a range type.
+    pub range_topics: Vec<String>,
+    /// Globs over the topics that carry odometry. Empty: the one topic with an odometry type.
+    pub odometry_topics: Vec<String>,
+    /// Globs over the sonars that enter the frames. Empty: all. The others still open frames, so
+    /// that frame numbers are those of the whole run.
+    pub sonars: Vec<String>,
+    /// Readings earlier than this after the first one are left out, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    /// Readings later than this after the first one are left out, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
+    /// Frame that the odometry moves and the sonars are mounted in; the odometry's
+    /// `child_frame_id` where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot_frame: Option<String>,
 }
 
 /// How readings are grouped into frames.
@@ -148,7 +161,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             rule: Rule::Paper,
-            topics: Topics::default(),
+            input: Input::default(),
             frames: Frames::default(),
             sequence: Sequence::default(),
             triple: Triple::default(),

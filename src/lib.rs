@@ -3,6 +3,7 @@ pub mod error;
 pub mod event;
 pub mod frames;
 pub mod geometry;
+pub mod log;
 pub mod odometry;
 pub mod recording;
 pub mod replay;

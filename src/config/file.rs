@@ -1,1 +1,324 @@
+//! `tmam.toml`: reading, checking and showing a configuration. Angles are degrees in the file.
 
+use std::fmt::Write as _;
+
+use toml::{Table, Value};
+
+use super::Config;
+use super::keys::{self, Bounds, KEYS, Unit};
+
+/// What is wrong with a configuration.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// Not TOML, or a value of the wrong type.
+    #[error("{0}")]
+    Malformed(#[from] toml::de::Error),
+    /// A key that does not exist.
+    #[error("unknown key `{key}`{}", did_you_mean(.suggestion.as_deref()))]
+    UnknownKey {
+        /// As written.
+        key: String,
+        /// The known key nearest to it.
+        suggestion: Option<String>,
+    },
+    /// A number outside its bounds.
+    #[error("{key} is {value}; it must be {bounds}{}", if *.unit == Unit::Degrees { " degrees" } else { "" })]
+    OutOfBounds {
+        /// Its path.
+        key: String,
+        /// As written.
+        value: f64,
+        /// What is allowed.
+        bounds: Bounds,
+        /// Of the value.
+        unit: Unit,
+    },
+    /// Two keys that only make sense together.
+    #[error("sonar `{sonar}` has a mount without {missing}; a mount needs x, y (m) and yaw (deg)")]
+    HalfMount {
+        /// The sonar's name.
+        sonar: String,
+        /// The first key that lacks.
+        missing: &'static str,
+    },
+    /// A topic or sonar pattern that cannot be read.
+    #[error("`{pattern}` is not a glob: {reason}")]
+    BadGlob {
+        /// As written.
+        pattern: String,
+        /// Why.
+        reason: String,
+    },
+    /// A window that ends before it starts.
+    #[error("the window ends at {end} s, before its start at {start} s; give --start below --end")]
+    EmptyWindow {
+        /// Seconds after the first reading.
+        start: f64,
+        /// Seconds after the first reading.
+        end: f64,
+    },
+}
+
+fn did_you_mean(suggestion: Option<&str>) -> String {
+    match suggestion {
+        Some(key) => format!("; did you mean `{key}`?"),
+        None => "; `tmam config` lists every key".to_owned(),
+    }
+}
+
+/// Reads a configuration; what it does not name keeps its default.
+///
+/// # Errors
+/// Text that is not TOML, unknown keys and values of the wrong type. Bounds are left to [`check`].
+pub fn parse(text: &str) -> Result<Config, ConfigError> {
+    let mut table: Table = text.parse()?;
+    each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+        let key = keys::find(path).ok_or_else(|| ConfigError::UnknownKey {
+            key: path.join("."),
+            suggestion: keys::nearest(path),
+        })?;
+        if key.unit == Unit::Degrees
+            && let Some(degrees) = number(value)
+        {
+            *value = Value::Float(degrees.to_radians());
+        }
+        Ok(())
+    })?;
+    Ok(Config::try_from_table(table)?)
+}
+
+/// Checks that every number lies within its bounds and that what belongs together is there.
+///
+/// # Errors
+/// The first value that is not allowed.
+pub fn check(config: &Config) -> Result<(), ConfigError> {
+    let mut table = to_table(config);
+    each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+        let (Some(key), Some(value)) = (keys::find(path), number(value)) else {
+            return Ok(());
+        };
+        if key.bounds.hold(value) {
+            return Ok(());
+        }
+        Err(ConfigError::OutOfBounds {
+            key: path.join("."),
+            value,
+            bounds: key.bounds,
+            unit: key.unit,
+        })
+    })?;
+    for (sonar, known) in &config.sonar {
+        let mount = [("x", known.x), ("y", known.y), ("yaw", known.yaw)];
+        let missing = mount.iter().find(|(_, value)| value.is_none());
+        if let (Some((missing, _)), true) = (missing, mount.iter().any(|(_, v)| v.is_some())) {
+            return Err(ConfigError::HalfMount {
+                sonar: sonar.clone(),
+                missing,
+            });
+        }
+    }
+    if let (Some(start), Some(end)) = (config.input.start, config.input.end)
+        && end < start
+    {
+        return Err(ConfigError::EmptyWindow { start, end });
+    }
+    let input = &config.input;
+    for globs in [&input.range_topics, &input.odometry_topics, &input.sonars] {
+        glob_set(globs)?;
+    }
+    Ok(())
+}
+
+/// Compiles glob patterns; `*` crosses slashes, as topics are paths that nobody nests on purpose.
+///
+/// # Errors
+/// The first pattern that is not a glob.
+pub fn glob_set(patterns: &[String]) -> Result<globset::GlobSet, ConfigError> {
+    let bad = |pattern: &str, error: &globset::Error| ConfigError::BadGlob {
+        pattern: pattern.to_owned(),
+        reason: error.kind().to_string(),
+    };
+    let mut set = globset::GlobSetBuilder::new();
+    for pattern in patterns {
+        set.add(globset::Glob::new(pattern).map_err(|e| bad(pattern, &e))?);
+    }
+    set.build().map_err(|e| bad(&patterns.join(" "), &e))
+}
+
+/// The configuration as a commented `tmam.toml`; [`parse`] gives the same configuration back.
+pub fn render(config: &Config) -> String {
+    let table = to_table(config);
+    let mut text =
+        String::from("# Everything that `tmam replay` uses. Metres, seconds, degrees.\n");
+    let mut section = "";
+    for key in KEYS.iter().filter(|key| !key.path.contains('*')) {
+        let (head, leaf) = key.path.rsplit_once('.').unwrap_or(("", key.path));
+        if head != section {
+            section = head;
+            let _ = write!(text, "\n[{head}]\n");
+        }
+        let value = if head.is_empty() {
+            table.get(leaf)
+        } else {
+            table.get(head).and_then(|section| section.get(leaf))
+        };
+        let line = match value {
+            Some(value) => format!("{leaf} = {value}"),
+            None => format!("# {leaf} ="),
+        };
+        let _ = writeln!(text, "{line:<32} # {}", key.doc);
+    }
+    text.push_str(&render_sonars(&table));
+    text
+}
+
+fn render_sonars(table: &Table) -> String {
+    let mut text = String::new();
+    let sonars = table.get("sonar").and_then(Value::as_table);
+    for (name, known) in sonars.into_iter().flatten() {
+        let _ = write!(text, "\n[sonar.{}]\n", Value::String(name.clone()));
+        for key in KEYS
+            .iter()
+            .filter_map(|key| Some((key.path.strip_prefix("sonar.*.")?, key.doc)))
+        {
+            if let Some(value) = known.get(key.0) {
+                let line = format!("{} = {value}", key.0);
+                let _ = writeln!(text, "{line:<32} # {}", key.1);
+            }
+        }
+    }
+    if text.is_empty() {
+        text.push_str("\n# What is known of single sonars, by name:\n# [sonar.\"front_left\"]\n");
+        for key in KEYS {
+            if let Some(leaf) = key.path.strip_prefix("sonar.*.") {
+                let line = format!("# {leaf} =");
+                let _ = writeln!(text, "{line:<32} # {}", key.doc);
+            }
+        }
+    }
+    text
+}
+
+/// The configuration as it stands in the file: degrees, rounded where the conversion left dust.
+fn to_table(config: &Config) -> Table {
+    let mut table = Table::try_from(config).unwrap_or_default();
+    let walked = each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+        if keys::find(path).is_some_and(|key| key.unit == Unit::Degrees)
+            && let Some(radians) = number(value)
+        {
+            let degrees = radians.to_degrees();
+            *value = Value::Float(libm::round(degrees * 1e9) / 1e9);
+        }
+        Ok(())
+    });
+    debug_assert!(walked.is_ok(), "the walk itself cannot fail");
+    table
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(x) => Some(*x),
+        Value::Integer(n) => Some(*n as f64),
+        _ => None,
+    }
+}
+
+/// Calls `visit` with the path and value of everything in the table that is not itself a table.
+fn each_leaf(
+    table: &mut Table,
+    path: &mut Vec<String>,
+    visit: &mut impl FnMut(&[&str], &mut Value) -> Result<(), ConfigError>,
+) -> Result<(), ConfigError> {
+    for (name, value) in table.iter_mut() {
+        path.push(name.clone());
+        match value {
+            Value::Table(inner) => each_leaf(inner, path, visit)?,
+            leaf => {
+                let path: Vec<&str> = path.iter().map(String::as_str).collect();
+                visit(&path, leaf)?;
+            }
+        }
+        path.pop();
+    }
+    Ok(())
+}
+
+impl Config {
+    fn try_from_table(table: Table) -> Result<Self, toml::de::Error> {
+        table.try_into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        match parse(text).and_then(|config| check(&config)) {
+            Ok(()) => panic!("accepted: {text}"),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn what_is_shown_reads_back_the_same() {
+        let default = Config::default();
+        assert_eq!(parse(&render(&default)).unwrap(), default);
+        let text = "rule = 'paper'\n[triple]\ngamma = 7.3\n[input]\nstart = 1\nsonars = ['a*']\n\
+                    [sonar.'odd name[3]']\nx = 0.1\ny = 0\nyaw = -33.3\nmax_range = 4";
+        let config = parse(text).unwrap();
+        check(&config).unwrap();
+        assert_eq!(parse(&render(&config)).unwrap(), config);
+        assert!((config.triple.gamma - 7.3_f64.to_radians()).abs() < 1e-15);
+        assert!(
+            render(&config).contains("\ngamma = 7.3 "),
+            "{}",
+            render(&config)
+        );
+    }
+
+    #[test]
+    fn every_key_of_the_configuration_is_in_the_table_and_the_other_way_round() {
+        let everything = "[input]\nstart=0\nend=1\nrobot_frame='r'\n[sonars]\nbeam_width=9\n\
+            [sonar.s]\nx=0\ny=0\nyaw=0\nbeam_width=9\nmin_range=0\nmax_range=1";
+        let mut table = to_table(&parse(everything).unwrap());
+        let mut seen = 0;
+        each_leaf(&mut table, &mut Vec::new(), &mut |path, _| {
+            assert!(keys::find(path).is_some(), "{path:?} is not documented");
+            seen += 1;
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!(seen, KEYS.len());
+    }
+
+    #[test]
+    fn a_misspelt_key_is_named_with_the_right_one() {
+        assert!(message("[triple]\nalhpa = 0.4").contains("did you mean `triple.alpha`?"));
+        assert!(message("[sonar.left]\nbeamwidth = 15").contains("`sonar.left.beam_width`"));
+        assert!(message("gamma = 10").contains("did you mean `triple.gamma`?"));
+        assert!(message("[zzz]\nq = 1").contains("`tmam config` lists every key"));
+    }
+
+    #[test]
+    fn numbers_outside_their_bounds_are_refused_with_the_bounds() {
+        assert_eq!(
+            message("[triple]\nalpha = 1"),
+            "triple.alpha is 1; it must be above 0 and below 1"
+        );
+        assert_eq!(
+            message("[triple]\nbeta = 1.0"),
+            "triple.beta is 1; it must be above 1"
+        );
+        assert!(message("[triple]\ngamma = -3").ends_with("below 360 degrees"));
+        assert!(message("[frames]\nstep = nan").contains("frames.step is NaN"));
+        assert!(message("[triple]\nalpha = 'x'").contains("invalid type"));
+        assert!(message("[input]\nsonars = ['[']").contains("is not a glob"));
+        assert!(message("[input]\nstart = 5\nend = 3").contains("before its start"));
+    }
+
+    #[test]
+    fn half_a_mount_is_no_mount() {
+        assert!(message("[sonar.left]\nx = 1\ny = 2").contains("without yaw"));
+    }
+}

@@ -1,1 +1,263 @@
+//! The keys of `tmam.toml`: unit, meaning and bounds of each, in the order in which they are shown.
 
+/// How a value is written in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// As it is inside: metres, seconds, plain numbers, text.
+    Plain,
+    /// Degrees in the file, radians inside.
+    Degrees,
+}
+
+/// Which numbers a key takes, in the unit of the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bounds {
+    /// Not a number, or any finite one.
+    Any,
+    /// Above the first and below the second.
+    Between(f64, f64),
+    /// Above.
+    Above(f64),
+    /// Not below.
+    AtLeast(f64),
+}
+
+/// One key.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// `section.key`, or `key` at the top level; `sonar.*.key` for a single sonar's.
+    pub path: &'static str,
+    /// How its value is written.
+    pub unit: Unit,
+    /// Which numbers it takes.
+    pub bounds: Bounds,
+    /// One line for a person.
+    pub doc: &'static str,
+}
+
+const fn key(path: &'static str, unit: Unit, bounds: Bounds, doc: &'static str) -> Key {
+    Key {
+        path,
+        unit,
+        bounds,
+        doc,
+    }
+}
+
+use Bounds::{Above, Any, AtLeast, Between};
+use Unit::{Degrees, Plain};
+
+/// Every key.
+pub const KEYS: &[Key] = &[
+    key("rule", Plain, Any, "how arcs are labelled: \"paper\""),
+    key(
+        "input.range_topics",
+        Plain,
+        Any,
+        "globs; empty: every topic with a range type",
+    ),
+    key(
+        "input.odometry_topics",
+        Plain,
+        Any,
+        "globs; empty: the one topic with an odometry type",
+    ),
+    key(
+        "input.sonars",
+        Plain,
+        Any,
+        "globs over sonar names; empty: all",
+    ),
+    key(
+        "input.start",
+        Plain,
+        AtLeast(0.0),
+        "s after the first reading; earlier ones are left out",
+    ),
+    key(
+        "input.end",
+        Plain,
+        AtLeast(0.0),
+        "s after the first reading; later ones are left out",
+    ),
+    key(
+        "input.robot_frame",
+        Plain,
+        Any,
+        "frame the odometry moves; default: its child_frame_id",
+    ),
+    key(
+        "frames.step",
+        Plain,
+        AtLeast(0.0),
+        "m driven that open a new frame; 0: one at every stamp",
+    ),
+    key(
+        "frames.step_angle",
+        Degrees,
+        Above(0.0),
+        "deg turned that open a new frame",
+    ),
+    key(
+        "frames.max_odometry_gap",
+        Plain,
+        Above(0.0),
+        "s between samples to interpolate over",
+    ),
+    key(
+        "frames.max_extrapolation",
+        Plain,
+        AtLeast(0.0),
+        "s beyond the first and last sample",
+    ),
+    key(
+        "sequence.max_gap",
+        Plain,
+        Above(0.0),
+        "s between neighbouring readings of a sonar",
+    ),
+    key(
+        "sequence.max_baseline",
+        Plain,
+        Above(0.0),
+        "m between neighbouring readings of a sonar",
+    ),
+    key(
+        "triple.alpha",
+        Plain,
+        Between(0.0, 1.0),
+        "contact: theta_c < alpha * theta_i",
+    ),
+    key(
+        "triple.beta",
+        Plain,
+        Above(1.0),
+        "intersection: theta_c > beta * theta_i",
+    ),
+    key(
+        "triple.gamma",
+        Degrees,
+        Between(0.0, 360.0),
+        "deg; gate on the smaller angle, below the beam width",
+    ),
+    key(
+        "triple.turn_tolerance",
+        Degrees,
+        AtLeast(0.0),
+        "deg of heading change between neighbours",
+    ),
+    key(
+        "triple.bend_tolerance",
+        Degrees,
+        AtLeast(0.0),
+        "deg between the two base lines",
+    ),
+    key(
+        "noise.sigma_abs",
+        Plain,
+        Above(0.0),
+        "m; used where a message gives no variance",
+    ),
+    key(
+        "noise.sigma_rel",
+        Plain,
+        AtLeast(0.0),
+        "fraction of the range, added in squares",
+    ),
+    key(
+        "map.match_distance",
+        Plain,
+        Above(0.0),
+        "m; points nearer than this are one point",
+    ),
+    key(
+        "sonars.beam_width",
+        Degrees,
+        Between(0.0, 360.0),
+        "deg, full angle; where the message has none",
+    ),
+    key(
+        "sonar.*.x",
+        Plain,
+        Any,
+        "m; mount in the robot frame, before any transform in the log",
+    ),
+    key("sonar.*.y", Plain, Any, "m"),
+    key("sonar.*.yaw", Degrees, Any, "deg"),
+    key(
+        "sonar.*.beam_width",
+        Degrees,
+        Between(0.0, 360.0),
+        "deg, full angle; where the message has none",
+    ),
+    key(
+        "sonar.*.min_range",
+        Plain,
+        AtLeast(0.0),
+        "m; before the message's",
+    ),
+    key(
+        "sonar.*.max_range",
+        Plain,
+        Above(0.0),
+        "m; before the message's",
+    ),
+];
+
+/// The key that a path in a file names.
+pub fn find(path: &[&str]) -> Option<&'static Key> {
+    KEYS.iter().find(|key| {
+        let parts: Vec<&str> = key.path.split('.').collect();
+        parts.len() == path.len()
+            && parts
+                .iter()
+                .zip(path)
+                .all(|(part, given)| *part == "*" || part == given)
+    })
+}
+
+/// The known path nearest to an unknown one, if any is near.
+pub fn nearest(path: &[&str]) -> Option<String> {
+    let given = path.join(".");
+    KEYS.iter()
+        .map(|key| match path {
+            [_, name, _] => key.path.replace('*', name),
+            _ => key.path.to_owned(),
+        })
+        .flat_map(|known| {
+            // A right key in the wrong section, or without one, is near too.
+            let leaf = known.rsplit('.').next().unwrap_or_default().to_owned();
+            let given_leaf = path.last().copied().unwrap_or_default();
+            [
+                (strsim::jaro_winkler(&given, &known), known.clone()),
+                (strsim::jaro_winkler(given_leaf, &leaf) - 0.05, known),
+            ]
+        })
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map(|(_, known)| known)
+}
+
+impl Bounds {
+    /// Whether a number, in the unit of the file, is allowed.
+    pub fn hold(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Any => true,
+                Between(low, high) => value > low && value < high,
+                Above(low) => value > low,
+                AtLeast(low) => value >= low,
+            }
+    }
+}
+
+impl std::fmt::Display for Bounds {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Any => write!(f, "a finite number"),
+            Between(low, high) => write!(f, "above {low} and below {high}"),
+            Above(low) => write!(f, "above {low}"),
+            AtLeast(low) => write!(f, "at least {low}"),
+        }
+    }
+}

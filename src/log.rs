@@ -1,0 +1,197 @@
+//! From the bytes of an MCAP log to readings and odometry in stamp order.
+//!
+//! This room knows MCAP and message encodings and nothing of TMAM: everything downstream sees
+//! [`Events`]. A new encoding is a decoder in [`channels`], a new message type a function in
+//! [`messages`].
+
+pub mod channels;
+pub mod container;
+mod gather;
+mod messages;
+mod ros2;
+mod transforms;
+mod value;
+
+use std::path::{Path, PathBuf};
+
+use crate::config::Config;
+use crate::config::file::ConfigError;
+use crate::event::Events;
+use channels::{ChannelReport, Channels};
+use container::Loss;
+use gather::Gatherer;
+pub use messages::Role;
+
+/// A log as far as it could be read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Log {
+    /// Its file name, without directories.
+    pub file: String,
+    /// What it says.
+    pub events: Events,
+    /// Messages that were used.
+    pub messages: u64,
+    /// What its channels are.
+    pub channels: Vec<ChannelReport>,
+    /// What could not be read of it; empty for a whole log.
+    pub losses: Vec<String>,
+    /// What a person should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Why a log cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is something else.
+    #[error(
+        "{} is not an MCAP file: it does not begin with the MCAP magic bytes. Convert other logs \
+         first (`ros2 bag convert` for a rosbag2 folder of .db3 files, `mcap convert` for a ROS 1 bag)",
+        path.display()
+    )]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Nothing that measures ranges.
+    #[error("{file} has no range readings{}. {}", because(.asked), list("The log holds", .found))]
+    NoRanges {
+        /// The log.
+        file: String,
+        /// Topic patterns that were asked for.
+        asked: Vec<String>,
+        /// The log's channels.
+        found: Vec<String>,
+    },
+    /// Nothing that says where the robot was.
+    #[error("{file} has no odometry{}. {}", because(.asked), list("The log holds", .found))]
+    NoOdometry {
+        /// The log.
+        file: String,
+        /// Topic patterns that were asked for.
+        asked: Vec<String>,
+        /// The log's channels.
+        found: Vec<String>,
+    },
+    /// Several odometry topics.
+    #[error("{file} has more than one odometry topic: {}. Choose one with --odom-topic", topics.join(", "))]
+    ManyOdometries {
+        /// The log.
+        file: String,
+        /// The topics.
+        topics: Vec<String>,
+    },
+    /// A sonar whose place on the robot is unknown.
+    #[error(
+        "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
+         configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
+         yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
+        list("Frames with a transform:", .frames)
+    )]
+    NoMount {
+        /// The sonar's name.
+        sonar: String,
+        /// Its topic.
+        topic: String,
+        /// Its frame.
+        frame: String,
+        /// The robot's frame.
+        robot_frame: String,
+        /// What stands in the way.
+        why: String,
+        /// Every frame of the transform tree.
+        frames: Vec<String>,
+    },
+    /// A sonar whose beam width is unknown.
+    #[error(
+        "sonar `{sonar}` (topic {topic}) gives no beam width: its field_of_view is 0 or NaN. Set \
+         sonars.beam_width, or beam_width under [sonar.\"{sonar}\"], in the configuration (deg, full angle)"
+    )]
+    NoBeamWidth {
+        /// The sonar's name.
+        sonar: String,
+        /// Its topic.
+        topic: String,
+    },
+    /// Odometry that does not say what it moves.
+    #[error(
+        "the odometry on {topic} names no child_frame_id, so the sonars' mounts cannot be found. Set \
+         input.robot_frame in the configuration"
+    )]
+    NoRobotFrame {
+        /// The topic.
+        topic: String,
+    },
+    /// More sonars than can be told apart.
+    #[error(
+        "{file} has more than {} sonars; choose topics with --range-topic",
+        u16::MAX
+    )]
+    TooManySonars {
+        /// The log.
+        file: String,
+    },
+    /// The configuration.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}
+
+fn because(asked: &[String]) -> String {
+    if asked.is_empty() {
+        String::new()
+    } else {
+        format!(" on the topics asked for ({})", asked.join(", "))
+    }
+}
+
+fn list(head: &str, items: &[String]) -> String {
+    const SHOWN: usize = 16;
+    let more = items.len().saturating_sub(SHOWN);
+    let tail = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
+    match items {
+        [] => format!("{head} nothing."),
+        _ => format!(
+            "{head} {}{tail}.",
+            items
+                .iter()
+                .take(SHOWN)
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    }
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// When nothing of it could be replayed; see [`LogError`]. Damage is no error: what could not be
+/// read is in [`Log::losses`].
+pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
+    let file = path.file_name().map_or_else(
+        || path.display().to_string(),
+        |name| name.to_string_lossy().into_owned(),
+    );
+    let mut channels = Channels::new(&config.input)?;
+    let mut gatherer = Gatherer::default();
+    let losses = container::walk(path, &mut |channel, message| {
+        let Some((role, value)) = channels.decode(channel, message) else {
+            return;
+        };
+        if let Err(error) = gatherer.take(role, &channel.topic, message.log_time, &value) {
+            channels.failed(channel, error.to_string());
+        }
+    })?;
+    gatherer.finish(file, config, channels.into_reports(), losses)
+}

@@ -1,0 +1,256 @@
+//! Where the sonars sit: the tree of transforms between frames.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::messages::TransformMessage;
+use crate::geometry::Pose2;
+
+/// A sonar tilted more than this out of the plane is worth a word, radians.
+const TILT: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Every edge of the transform tree, by child frame.
+#[derive(Debug, Clone, Default)]
+pub struct TransformTree {
+    edges: BTreeMap<String, Edge>,
+}
+
+#[derive(Debug, Clone)]
+struct Edge {
+    parent: String,
+    parent_from_child: Isometry3<f64>,
+    fixed: bool,
+    moved: bool,
+}
+
+/// Where a sensor sits on the robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mount {
+    /// Projected on the plane: the beam axis is the sensor's x axis.
+    pub robot_from_sensor: Pose2,
+    /// Angle of the beam axis out of the plane, radians, where it is worth a word.
+    pub tilt: Option<f64>,
+    /// A transform on the way comes from `/tf` and changed during the log; its first value is
+    /// taken.
+    pub moved: bool,
+}
+
+/// Why a mount cannot be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoMount {
+    /// No chain of transforms joins the two frames.
+    Unconnected,
+    /// The beam points straight up or down.
+    Vertical,
+}
+
+impl TransformTree {
+    /// Takes a transform. A fixed one (`/tf_static`) stands before one from `/tf`; among fixed
+    /// ones the last, among others the first counts.
+    pub fn add(&mut self, transform: TransformMessage, fixed: bool) {
+        let Some(parent_from_child) = transform.parent_from_child else {
+            return;
+        };
+        let edge = Edge {
+            parent: transform.parent,
+            parent_from_child,
+            fixed,
+            moved: false,
+        };
+        match self.edges.get_mut(&transform.child) {
+            Some(known) if known.fixed && !fixed => {}
+            Some(known) if known.fixed == fixed && !fixed => {
+                let change = known.parent_from_child.inv_mul(&edge.parent_from_child);
+                known.moved |= known.parent != edge.parent
+                    || change.translation.vector.norm() > 1e-3
+                    || change.rotation.imag().norm() > 1e-3;
+            }
+            _ => {
+                self.edges.insert(transform.child, edge);
+            }
+        }
+    }
+
+    /// Names of all frames.
+    pub fn frames(&self) -> Vec<&str> {
+        let mut frames: Vec<&str> = self
+            .edges
+            .iter()
+            .flat_map(|(child, edge)| [child.as_str(), edge.parent.as_str()])
+            .collect();
+        frames.sort_unstable();
+        frames.dedup();
+        frames
+    }
+
+    /// The mount of a sensor, through the chain of transforms that joins it to the robot.
+    ///
+    /// # Errors
+    /// When no chain does, or the beam is vertical.
+    pub fn mount(&self, robot_frame: &str, sensor_frame: &str) -> Result<Mount, NoMount> {
+        let (robot, sensor) = (self.ancestry(robot_frame), self.ancestry(sensor_frame));
+        let (from_robot, from_sensor) = robot
+            .iter()
+            .find_map(|r| Some((r, sensor.iter().find(|s| s.frame == r.frame)?)))
+            .ok_or(NoMount::Unconnected)?;
+        let robot_from_sensor = from_robot
+            .frame_from_start
+            .inv_mul(&from_sensor.frame_from_start);
+        let axis = robot_from_sensor.rotation * Vector3::x();
+        if axis.xy().norm() < 1e-6 {
+            return Err(NoMount::Vertical);
+        }
+        let position = robot_from_sensor.translation.vector;
+        let tilt = libm::atan2(axis.z, axis.xy().norm());
+        Ok(Mount {
+            robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
+            tilt: (tilt.abs() > TILT).then_some(tilt),
+            moved: from_robot.moved || from_sensor.moved,
+        })
+    }
+
+    /// A frame and all above it, nearest first.
+    fn ancestry<'a>(&'a self, frame: &'a str) -> Vec<Ancestor<'a>> {
+        let mut line = vec![Ancestor {
+            frame,
+            frame_from_start: Isometry3::identity(),
+            moved: false,
+        }];
+        // No longer than there are edges, so that a loop ends.
+        while let Some(last) = line.last().filter(|_| line.len() <= self.edges.len())
+            && let Some(edge) = self.edges.get(last.frame)
+        {
+            line.push(Ancestor {
+                frame: &edge.parent,
+                frame_from_start: edge.parent_from_child * last.frame_from_start,
+                moved: last.moved || edge.moved,
+            });
+        }
+        line
+    }
+}
+
+struct Ancestor<'a> {
+    frame: &'a str,
+    frame_from_start: Isometry3<f64>,
+    moved: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Translation3, UnitQuaternion};
+    use std::f64::consts::FRAC_PI_2;
+
+    fn transform(parent: &str, child: &str, xyz: [f64; 3], rpy: [f64; 3]) -> TransformMessage {
+        TransformMessage {
+            parent: parent.into(),
+            child: child.into(),
+            parent_from_child: Some(Isometry3::from_parts(
+                Translation3::from(Vector3::from(xyz)),
+                UnitQuaternion::from_euler_angles(rpy[0], rpy[1], rpy[2]),
+            )),
+        }
+    }
+
+    fn close(a: Pose2, b: Pose2) -> bool {
+        (a.position() - b.position()).norm() < 1e-12 && (a.yaw - b.yaw).abs() < 1e-12
+    }
+
+    #[test]
+    fn a_chain_is_followed_up_and_down() {
+        let mut tree = TransformTree::default();
+        tree.add(
+            transform("base_footprint", "base_link", [0.0, 0.0, 0.1], [0.0; 3]),
+            true,
+        );
+        tree.add(
+            transform("base_link", "ring", [0.5, 0.0, 0.0], [0.0, 0.0, FRAC_PI_2]),
+            true,
+        );
+        tree.add(transform("ring", "sonar", [0.1, 0.0, 0.0], [0.0; 3]), true);
+        let below = tree.mount("base_footprint", "sonar").unwrap();
+        assert!(close(
+            below.robot_from_sensor,
+            Pose2::new(0.5, 0.1, FRAC_PI_2)
+        ));
+        tree.add(
+            transform("base_footprint", "head", [-1.0, 0.0, 0.0], [0.0; 3]),
+            true,
+        );
+        let across = tree.mount("head", "sonar").unwrap();
+        assert!(close(
+            across.robot_from_sensor,
+            Pose2::new(1.5, 0.1, FRAC_PI_2)
+        ));
+    }
+
+    #[test]
+    fn the_robots_own_frame_is_a_mount_and_an_unknown_one_is_not() {
+        let tree = TransformTree::default();
+        let own = tree.mount("base_link", "base_link").unwrap();
+        assert_eq!(own.robot_from_sensor, Pose2::IDENTITY);
+        assert_eq!(tree.mount("base_link", "sonar"), Err(NoMount::Unconnected));
+    }
+
+    #[test]
+    fn fixed_transforms_stand_before_moving_ones() {
+        let mut tree = TransformTree::default();
+        tree.add(
+            transform("base_link", "sonar", [9.0, 0.0, 0.0], [0.0; 3]),
+            false,
+        );
+        tree.add(
+            transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
+            true,
+        );
+        tree.add(
+            transform("base_link", "sonar", [8.0, 0.0, 0.0], [0.0; 3]),
+            false,
+        );
+        let mount = tree.mount("base_link", "sonar").unwrap();
+        assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.0, 0.0)));
+        assert!(!mount.moved);
+    }
+
+    #[test]
+    fn a_mount_that_moves_is_noticed() {
+        let mut tree = TransformTree::default();
+        tree.add(
+            transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
+            false,
+        );
+        assert!(!tree.mount("base_link", "sonar").unwrap().moved);
+        tree.add(
+            transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0, 0.0, 0.3]),
+            false,
+        );
+        assert!(tree.mount("base_link", "sonar").unwrap().moved);
+    }
+
+    #[test]
+    fn loops_end_and_vertical_beams_are_refused() {
+        let mut tree = TransformTree::default();
+        tree.add(transform("a", "b", [0.0; 3], [0.0; 3]), true);
+        tree.add(transform("b", "a", [0.0; 3], [0.0; 3]), true);
+        assert_eq!(tree.mount("base_link", "a"), Err(NoMount::Unconnected));
+        tree.add(
+            transform("base_link", "up", [0.0; 3], [0.0, -FRAC_PI_2, 0.0]),
+            true,
+        );
+        assert_eq!(tree.mount("base_link", "up"), Err(NoMount::Vertical));
+    }
+
+    #[test]
+    fn a_tilted_sonar_is_projected_and_noticed() {
+        let mut tree = TransformTree::default();
+        tree.add(
+            transform("base_link", "s", [0.1, 0.2, 0.3], [0.0, -0.2, 1.0]),
+            true,
+        );
+        let mount = tree.mount("base_link", "s").unwrap();
+        assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.2, 1.0)));
+        assert!((mount.tilt.unwrap() - 0.2).abs() < 1e-12);
+    }
+}
