@@ -235,7 +235,7 @@ fn tangent(segment: &Segment) -> Vec2 {
 /// A point of the line at `s` from the foot of the origin's perpendicular moves by
 /// `d rho - s d theta` along the normal.
 fn band(segment: &Segment) -> Vec<Vec2> {
-    const STEPS: u32 = 8;
+    const STEPS: u32 = 4;
     let (normal, tangent) = (unit(segment.theta), tangent(segment));
     let (rr, rt, tt) = (
         segment.covariance.m11,
@@ -259,7 +259,7 @@ fn band(segment: &Segment) -> Vec<Vec2> {
 
 /// The ellipse at [`SIGMAS`] around a point, closed.
 fn ellipse(point: &Point) -> Vec<Vec2> {
-    const STEPS: u32 = 32;
+    const STEPS: u32 = 24;
     let (a, b, d) = (
         point.covariance.m11,
         point.covariance.m12,
