@@ -21,7 +21,9 @@ use std::io::Write;
 
 use rerun::external::re_log_encoding::CodecError;
 use rerun::log::ChunkError;
-use rerun::{ApplicationId, RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D};
+use rerun::{
+    ApplicationId, RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D,
+};
 
 use self::arcs::ArcTables;
 use self::blueprint::Layout;
@@ -223,6 +225,7 @@ impl<W: Write> Recording<W> {
         }
         let layout = Layout {
             bounds: self.extent.bounds(),
+            sonars: self.sonars.len(),
             beam_width: self.beam_width,
             stamp: lines.stamp,
         };
@@ -253,10 +256,19 @@ fn store_ids(setting: &Setting<'_>) -> [StoreId; 2] {
     let source = setting.source;
     let content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
     // Other characters are not allowed in an application's name.
-    let stem = source.file.rsplit_once('.').map_or(source.file.as_str(), |(stem, _)| stem);
+    let stem = source
+        .file
+        .rsplit_once('.')
+        .map_or(source.file.as_str(), |(stem, _)| stem);
     let stem: String = stem
         .chars()
-        .map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' })
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || c == '_' {
+                c
+            } else {
+                '-'
+            }
+        })
         .take(MAX_STEM)
         .collect();
     let application = ApplicationId::new_or_unknown(format!("tmam-{stem}"));

@@ -49,7 +49,9 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
     if let Ok(value) = serde_json::to_value(setting.config) {
         rows(&mut text, "", &value);
     }
-    text.push_str("\n## Sonars\n\n| | name | topic | x, m | y, m | yaw, deg |\n|---|---|---|---|---|---|\n");
+    text.push_str(
+        "\n## Sonars\n\n| | name | topic | x, m | y, m | yaw, deg |\n|---|---|---|---|---|---|\n",
+    );
     for (i, sonar) in setting.sonars.iter().enumerate() {
         let mount = sonar.robot_from_sensor;
         // Writing to a string cannot fail.
@@ -111,7 +113,7 @@ A feature flashes bold, with the arcs of its run, in the frame in which its run 
 
 **theta_c, theta_i** - a dot per sonar and frame, radians. A small theta_c says wall, a small theta_i says point; both must lie below gamma, the red line. Dots at the full beam width are triples without common points. No dot: the arc is not the middle of a triple.
 
-**Labels** - a lane per sonar. A label holds until the sonar's next reading; a gap is a reading without echo. A lane drawn grey with a number holds that many short labels: zoom in to see them.
+**Labels** - a lane per sonar. Blue is contact, orange intersection, grey with `?` unidentified. A label holds until the sonar's next reading; a gap is a reading without echo. A lane drawn grey with a number holds that many short labels: zoom in to see them.
 
 **Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used.
 ";

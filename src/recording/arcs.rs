@@ -5,8 +5,8 @@ use std::io::Write;
 use rerun::components::Name;
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{
-    Color, EntityPath, LineStrips2D, Points2D, Scalars, SerializationResult,
-    SerializedComponentColumn, SeriesLines, SeriesPoints, StateChange, StateConfiguration,
+    EntityPath, LineStrips2D, Points2D, Scalars, SerializationResult, SerializedComponentColumn,
+    SeriesLines, SeriesPoints, StateChange, StateConfiguration,
 };
 
 use super::Error;
@@ -18,7 +18,7 @@ use crate::event::Sonar;
 use crate::geometry::Vec2;
 use crate::tmam::arc::Arc;
 use crate::tmam::pair::PairPoint;
-use crate::tmam::triple::{Evidence};
+use crate::tmam::triple::Evidence;
 
 /// Widest step along an arc, radians: a chord strays 2 mm from an arc 5 m away.
 const ARC_STEP: f64 = 0.06;
@@ -170,7 +170,11 @@ impl ArcTables {
             decided().map(|(arc, verdict)| ArcStrip {
                 points: sweep(&arc),
                 class: style::class(verdict.label),
-                sonar: self.names.get(arc.id.sonar.index()).cloned().unwrap_or_default(),
+                sonar: self
+                    .names
+                    .get(arc.id.sonar.index())
+                    .cloned()
+                    .unwrap_or_default(),
             }),
             lines,
             out,
@@ -278,7 +282,7 @@ pub fn put_styles<W: Write>(
     put_static(
         "/world/arcs",
         &strips()
-            .with_radii([ui(1.5)])
+            .with_radii([ui(2.0)])
             .with_show_labels(false)
             .with_draw_order(order::ARC),
         out,
@@ -314,15 +318,11 @@ pub fn put_styles<W: Write>(
         .with_widths([1.5]);
     put_static("/angles/gamma", &look, out)?;
 
-    let shown: Vec<(&str, Color)> = [
-        ("contact", style::CONTACT),
-        ("intersection", style::INTERSECTION),
-        ("unidentified", style::UNIDENTIFIED),
-    ]
-    .into();
+    // Most lanes are grey most of the time: a word there would be noise.
     let look = StateConfiguration::new()
-        .with_values(shown.iter().map(|(name, _)| *name))
-        .with_colors(shown.iter().map(|(_, color)| *color));
+        .with_values(["contact", "intersection", "unidentified"])
+        .with_labels(["contact", "intersection", "?"])
+        .with_colors([style::CONTACT, style::INTERSECTION, style::UNIDENTIFIED]);
     for sonar in sonars {
         put_static(label_entity(sonar), &look, out)?;
     }

@@ -14,13 +14,11 @@ use rerun::blueprint::datatypes::{
     TextLogColumn as TextLogColumnData, TextLogColumnKind, TimelineColumn as TimelineColumnData,
 };
 use rerun::components::{Name, Range1D, Visible};
-use rerun::datatypes::{
-    self, Bool, Float32, Range2D, TimeInt, TimeRange, TimeRangeBoundary,
-};
+use rerun::datatypes::{self, Bool, Float32, Range2D, TimeInt, TimeRange, TimeRangeBoundary};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns,
-    TimeAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
-    VisibleTimeRanges, VisualBounds2D,
+    ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
+    TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint, VisibleTimeRanges,
+    VisualBounds2D,
 };
 use rerun::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath, Timeline};
@@ -34,6 +32,8 @@ use super::table::unit_columns;
 pub struct Layout {
     /// The part of the plane to show.
     pub bounds: Bounds,
+    /// How many label lanes there are.
+    pub sonars: usize,
     /// Widest beam, radians: the top of the angle plots.
     pub beam_width: f64,
     /// The name of the stamp timeline.
@@ -136,7 +136,11 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
     for (id, name, path) in [
         (Id::ThetaC, "theta_c [rad]: low = wall", "+ /angles/theta_c"),
-        (Id::ThetaI, "theta_i [rad]: low = point", "+ /angles/theta_i"),
+        (
+            Id::ThetaI,
+            "theta_i [rad]: low = point",
+            "+ /angles/theta_i",
+        ),
     ] {
         plot(&mut w, layout, id, name, path)?;
     }
@@ -155,18 +159,22 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
         &[Id::Scene, Id::Events],
         &[3.0, 1.0],
     )?;
+    let (lanes, angles) = heights(layout.sonars);
     w.container(
         Id::Angles,
-        ContainerKind::Horizontal,
+        if angles > LOW {
+            ContainerKind::Vertical
+        } else {
+            ContainerKind::Horizontal
+        },
         &[Id::ThetaC, Id::ThetaI],
         &[1.0, 1.0],
     )?;
-    // Sixteen lanes need three quarters of the height.
     w.container(
         Id::Right,
         ContainerKind::Vertical,
         &[Id::Angles, Id::Labels],
-        &[1.0, 2.9],
+        &[angles, lanes],
     )?;
     w.container(
         Id::Root,
@@ -195,6 +203,20 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
             .with_timeline("frame")
             .with_play_state(PlayState::Following),
     )
+}
+
+/// Height of the views in a window of ordinary size, in the viewer's points.
+const HEIGHT: f32 = 900.0;
+/// What a lane takes, and what the time axis and the title above the lanes take.
+const LANE: f32 = 40.0;
+const ABOVE_LANES: f32 = 50.0;
+/// Angle plots are not made lower than this: they lie side by side before they become lower.
+const LOW: f32 = 230.0;
+
+/// Heights of the label lanes, all in sight if they can be, and of the angle plots above them.
+fn heights(sonars: usize) -> (f32, f32) {
+    let lanes = (LANE * sonars as f32 + ABOVE_LANES).clamp(0.25 * HEIGHT, HEIGHT - LOW);
+    (lanes, HEIGHT - lanes)
 }
 
 fn map<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
@@ -238,7 +260,9 @@ fn plot<W: Write>(
     w.property(
         id,
         "ScalarAxis",
-        &ScalarAxis::new().with_range(Range1D([-0.06 * layout.beam_width, 1.06 * layout.beam_width].into())),
+        &ScalarAxis::new().with_range(Range1D(
+            [-0.06 * layout.beam_width, 1.12 * layout.beam_width].into(),
+        )),
     )?;
     w.property(
         id,

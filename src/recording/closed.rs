@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use rerun::{
-    Color, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
-};
+use rerun::{Color, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
 use super::arcs::{sweep, xy};
@@ -219,7 +217,7 @@ pub fn put_styles<W: Write>(out: &mut RrdWriter<W>) -> Result<(), Error> {
     put_static(
         "/world/features/points",
         &Points2D::update_fields()
-            .with_radii([ui(9.0)])
+            .with_radii([ui(7.5)])
             .with_show_labels(false)
             .with_draw_order(order::FEATURE),
         out,

@@ -146,7 +146,8 @@ impl<W: Write> RrdWriter<W> {
             columns.into_iter().collect::<ChunkComponents>(),
         )?;
         let store_id = self.manifest(store).id.clone();
-        let message = LogMsg::ArrowMsg(store_id, chunk.to_arrow_msg()?).to_transport(COMPRESSION)?;
+        let message =
+            LogMsg::ArrowMsg(store_id, chunk.to_arrow_msg()?).to_transport(COMPRESSION)?;
         let uncompressed = message.byte_size_uncompressed();
         let header = MessageHeader::ENCODED_SIZE_BYTES as u64;
         let start = self.written + header;

@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::io::Write;
 
-use rerun::{
-    AsComponents, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
-};
+use rerun::{AsComponents, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
 use super::arcs::xy;
@@ -29,8 +27,10 @@ impl Instance for Wall {
         walls: Vec<Self>,
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let (ends, labels): (Vec<_>, Vec<_>) =
-            walls.into_iter().map(|wall| (wall.ends, wall.label)).unzip();
+        let (ends, labels): (Vec<_>, Vec<_>) = walls
+            .into_iter()
+            .map(|wall| (wall.ends, wall.label))
+            .unzip();
         Ok(LineStrips2D::update_fields()
             .with_strips(ends)
             .with_labels(labels)
@@ -122,11 +122,7 @@ impl<T: Instance> Pages<T> {
         table.push(at, row, lines, out)
     }
 
-    fn flush<W: Write>(
-        &mut self,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
+    fn flush<W: Write>(&mut self, lines: Timelines, out: &mut RrdWriter<W>) -> Result<(), Error> {
         for table in self.tables.values_mut() {
             table.flush(lines, out)?;
         }
@@ -169,7 +165,8 @@ impl MapTables {
             }
             if corners {
                 let row = self.page(page).filter_map(corner).collect();
-                self.points.push(page, at, row, &corner_look(), lines, out)?;
+                self.points
+                    .push(page, at, row, &corner_look(), lines, out)?;
             }
             let row = self.page(page).map(outline).collect();
             self.covariance
@@ -286,7 +283,7 @@ fn wall_look() -> LineStrips2D {
 
 fn corner_look() -> Points2D {
     Points2D::update_fields()
-        .with_radii([ui(6.0)])
+        .with_radii([ui(4.5)])
         .with_colors([style::CORNER])
         .with_show_labels(false)
         .with_draw_order(order::CORNER)

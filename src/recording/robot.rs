@@ -4,9 +4,7 @@ use std::f64::consts::TAU;
 use std::io::Write;
 
 use rerun::datatypes::Quaternion;
-use rerun::{
-    LineStrips2D, SerializationResult, SerializedComponentColumn, Transform3D,
-};
+use rerun::{LineStrips2D, SerializationResult, SerializedComponentColumn, Transform3D};
 
 use super::Error;
 use super::arcs::xy;

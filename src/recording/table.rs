@@ -2,9 +2,7 @@
 
 use std::io::Write;
 
-use rerun::{
-    AsComponents, EntityPath, SerializationResult, SerializedComponentColumn, Timeline,
-};
+use rerun::{AsComponents, EntityPath, SerializationResult, SerializedComponentColumn, Timeline};
 
 use super::Error;
 use super::encode::{RrdWriter, Store};
@@ -140,7 +138,9 @@ pub fn put_static<W: Write>(
 }
 
 /// An archetype as the columns of a single row.
-pub fn unit_columns(what: &dyn AsComponents) -> SerializationResult<Vec<SerializedComponentColumn>> {
+pub fn unit_columns(
+    what: &dyn AsComponents,
+) -> SerializationResult<Vec<SerializedComponentColumn>> {
     what.as_serialized_batches()
         .into_iter()
         .map(|batch| {

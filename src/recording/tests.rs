@@ -1,6 +1,5 @@
 use std::f64::consts::TAU;
 
-
 use std::collections::BTreeMap;
 
 use rerun::external::re_log_encoding::{DecoderApp, RawRrdManifest};
@@ -67,7 +66,11 @@ fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> Vec<
     (0..count)
         .map(|index| {
             let s = f64::from(index) * 0.1 % 12.0;
-            let (x, yaw) = if s < 6.0 { (1.0 + s, 0.0) } else { (13.0 - s, TAU / 2.0) };
+            let (x, yaw) = if s < 6.0 {
+                (1.0 + s, 0.0)
+            } else {
+                (13.0 - s, TAU / 2.0)
+            };
             let pose = Pose2::new(x, 3.2, yaw);
             let stamp_ns = 1_700_000_000_000_000_000 + i64::from(index) * 300_000_000;
             let entries = sonars
@@ -75,7 +78,9 @@ fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> Vec<
                 .zip(0..)
                 .filter(|(_, id)| silent_after.is_none_or(|(s, n)| *id != s || index < n))
                 .map(|(sonar, id)| {
-                    noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                    noise = noise
+                        .wrapping_mul(6_364_136_223_846_793_005)
+                        .wrapping_add(1);
                     let error = ((noise >> 40) as f64 / f64::from(1 << 24) - 0.5) * 0.002;
                     let world_from_sensor = pose.compose(&sonar.robot_from_sensor);
                     Entry {
@@ -229,7 +234,10 @@ fn a_sonar_that_falls_silent_keeps_its_last_label_and_delays_nobody() {
     assert_read_back_equals(&bytes, &sonars, &frames, &verdicts);
     // The frame of the silent sonar's last arc comes last, in chunks of its own.
     let arcs = &chunks(&bytes, StoreKind::Recording)["/world/arcs"];
-    assert!(arcs.iter().any(|chunk| chunk.num_rows() == 1 && !chunk.is_static()));
+    assert!(
+        arcs.iter()
+            .any(|chunk| chunk.num_rows() == 1 && !chunk.is_static())
+    );
     for chunk in arcs {
         let frames: Vec<i64> = chunk
             .iter_indices(&"frame".into())
@@ -311,7 +319,10 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
     other.triple.gamma = 0.1;
     let ([one, _], [two, _]) = (ids(&Config::default()), ids(&other));
     assert_eq!(one.application_id(), two.application_id());
-    assert_eq!(one.application_id().as_str(), "tmam-a-long-name--with--signs-");
+    assert_eq!(
+        one.application_id().as_str(),
+        "tmam-a-long-name--with--signs-"
+    );
     assert_ne!(one.recording_id(), two.recording_id());
 }
 
