@@ -1,9 +1,72 @@
-//! What can go wrong in a replay, and the exit code that goes with it.
+//! What can go wrong in a command, and the exit code that goes with it.
 
-/// Any failure of a replay.
+use std::path::PathBuf;
+
+use crate::config::file::ConfigError;
+use crate::log::LogError;
+use crate::replay::ReplayError;
+use crate::simulate::SimulateError;
+
+/// Exit code of a command that finished.
+pub const DONE: u8 = 0;
+/// Exit code for usage, configuration or input that cannot be read.
+pub const UNUSABLE: u8 = 2;
+/// Exit code of a command that finished on an incomplete log, or had nothing to judge.
+pub const INCOMPLETE: u8 = 3;
+
+/// What can go wrong in a command.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The recording could not be written.
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A log in which nothing can be replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// A flag, or a configuration made of flags.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A simulation.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// A configuration file.
+    #[error("{}: {source}", path.display())]
+    ConfigFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong in it.
+        source: ConfigError,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// An output that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The output.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A recording that cannot be formed or written.
     #[error(transparent)]
     Recording(#[from] crate::recording::Error),
+    /// Flags that contradict each other.
+    #[error("{0}")]
+    Usage(String),
+}
+
+impl Error {
+    /// The exit code that goes with it.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Replay(ReplayError::NoFrames { .. }) => INCOMPLETE,
+            _ => UNUSABLE,
+        }
+    }
 }

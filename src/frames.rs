@@ -49,6 +49,7 @@ pub struct Echo {
 pub struct Framer<'a> {
     track: Track<'a>,
     sonars: &'a [Sonar],
+    selected: &'a [bool],
     step: f64,
     step_angle: f64,
     open: Option<Frame>,
@@ -72,11 +73,18 @@ pub struct Tally {
 }
 
 impl<'a> Framer<'a> {
-    /// A framer that has seen nothing yet.
-    pub fn new(track: Track<'a>, sonars: &'a [Sonar], bounds: &config::Frames) -> Self {
+    /// A framer that has seen nothing yet. Every sonar opens frames, and those `selected` (one
+    /// flag for each sonar) have entries in them.
+    pub fn new(
+        track: Track<'a>,
+        sonars: &'a [Sonar],
+        selected: &'a [bool],
+        bounds: &config::Frames,
+    ) -> Self {
         Self {
             track,
             sonars,
+            selected,
             step: bounds.step,
             step_angle: bounds.step_angle,
             open: None,
@@ -87,11 +95,14 @@ impl<'a> Framer<'a> {
 
     /// Takes the next reading; returns the frame that it closed by opening another.
     pub fn push(&mut self, reading: &RangeReading) -> Option<Frame> {
-        self.tally.readings += 1;
+        let selected = self.selected.get(reading.sonar.index()) == Some(&true);
+        self.tally.readings += u64::from(selected);
         let world_from_robot = match self.track.world_from_robot(reading.stamp_ns) {
             Ok(pose) => pose,
             Err(reason) => {
-                *self.tally.dropped.entry(reason.name()).or_default() += 1;
+                if selected {
+                    *self.tally.dropped.entry(reason.name()).or_default() += 1;
+                }
                 return None;
             }
         };
@@ -105,7 +116,9 @@ impl<'a> Framer<'a> {
                 entries: Vec::new(),
             })
         });
-        self.enter(reading, &world_from_robot);
+        if selected {
+            self.enter(reading, &world_from_robot);
+        }
         closed.flatten()
     }
 
@@ -212,7 +225,12 @@ mod tests {
 
     fn frames(readings: &[RangeReading], bounds: &config::Frames) -> (Vec<Frame>, Tally) {
         let (odometry, sonars) = (odometry(), sonars());
-        let mut framer = Framer::new(Track::new(&odometry, bounds), &sonars, bounds);
+        let mut framer = Framer::new(
+            Track::new(&odometry, bounds),
+            &sonars,
+            &[true, true],
+            bounds,
+        );
         let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
         let (last, tally) = framer.finish();
         frames.extend(last);

@@ -1,10 +1,32 @@
+//! Replays MCAP logs of sonar range and odometry channels, steps TMAM - the three measurements
+//! association model of Wang, Hou, Ma, Zhang, Zhang and Tan - over them frame by frame, and shows
+//! what it saw and decided.
+//!
+//! One way through the house, and nothing imports upward:
+//!
+//! ```text
+//! log   ->  frames  ->  tmam  ->  observers
+//! MCAP      one step    labels,   recording, trace, progress
+//! events    at a time   features
+//! ```
+
+pub mod cli;
 pub mod config;
 pub mod error;
 pub mod event;
+pub mod features;
 pub mod frames;
 pub mod geometry;
 pub mod log;
 pub mod odometry;
+pub mod output;
+pub mod progress;
 pub mod recording;
 pub mod replay;
+pub mod report;
+pub mod rounding;
+pub mod simulate;
 pub mod tmam;
+pub mod trace;
+pub mod truth;
+pub mod world;

@@ -11,6 +11,7 @@ mod messages;
 mod ros2;
 mod transforms;
 mod value;
+pub mod writer;
 
 use std::path::{Path, PathBuf};
 

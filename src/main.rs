@@ -1,1 +1,16 @@
-fn main() {}
+//! The one place where an outcome becomes an exit code.
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use tmam_replay::cli::Cli;
+
+fn main() -> ExitCode {
+    match Cli::parse().run() {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -11,12 +11,14 @@ mod extent;
 mod hold;
 mod log;
 mod map;
+mod plots;
 mod robot;
 mod style;
 mod table;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use rerun::external::re_log_encoding::CodecError;
@@ -33,9 +35,10 @@ use self::extent::Extent;
 use self::hold::{Held, Hold, Ready};
 use self::log::LogTable;
 use self::map::MapTables;
+use self::plots::PlotTables;
 use self::robot::RobotTables;
 use self::table::{Moment, Timelines, put_static};
-use crate::event::Sonar;
+use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
 use crate::replay::{Observer, Setting};
 use crate::tmam::step::Step;
@@ -73,9 +76,10 @@ pub struct Recording<W: Write> {
     gamma: f64,
     beam_width: f64,
     extent: Extent,
+    seen: BTreeSet<SonarId>,
     span: Option<(Moment, Moment)>,
     hold: Hold,
-    arcs: ArcTables,
+    decided: DecidedTables,
     closed: ClosedTables,
     map: MapTables,
     robot: RobotTables,
@@ -107,7 +111,8 @@ impl<W: Write> Recording<W> {
             &mut out,
         )?;
         put_static("/world", &style::annotations(), &mut out)?;
-        arcs::put_styles(setting.sonars, gamma, &mut out)?;
+        arcs::put_styles(&mut out)?;
+        plots::put_styles(setting.sonars, gamma, &mut out)?;
         closed::put_styles(&mut out)?;
         robot::put_styles(setting.sonars, &mut out)?;
         Ok(Self {
@@ -120,7 +125,8 @@ impl<W: Write> Recording<W> {
             extent: Extent::default(),
             span: None,
             hold: Hold::default(),
-            arcs: ArcTables::new(setting.sonars),
+            seen: BTreeSet::new(),
+            decided: DecidedTables::new(setting.sonars),
             closed: ClosedTables::new(),
             map: MapTables::new(),
             robot: RobotTables::new(),
@@ -146,6 +152,8 @@ impl<W: Write> Recording<W> {
         }
         self.span = Some((self.span.map_or(at, |(first, _)| first), at));
 
+        self.seen
+            .extend(frame.entries.iter().map(|entry| entry.sonar));
         self.extent.visit(&frame.world_from_robot);
         for arc in &step.arcs {
             self.extent.echo(arc);
@@ -166,7 +174,7 @@ impl<W: Write> Recording<W> {
             self.hold.decide(verdict);
         }
         while let Some(ready) = self.hold.pop() {
-            Self::write(&mut self.arcs, &self.sonars, &ready, self.lines, out)?;
+            self.decided.write(&ready, &self.sonars, self.lines, out)?;
         }
         self.closed.note(step);
         self.log.push(at, &step.extractions, self.lines, out)?;
@@ -176,24 +184,6 @@ impl<W: Write> Recording<W> {
             .filter_map(|extraction| extraction.map_feature);
         self.map.update(at, changed, self.lines, out)?;
         Ok(())
-    }
-
-    fn write(
-        tables: &mut ArcTables,
-        sonars: &[Sonar],
-        ready: &Ready,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        match ready {
-            Ready::InOrder(held) => tables.push(held, lines, out),
-            // Chunks of its own, so that the rows of the others stay in order.
-            Ready::Late(held) => {
-                let mut own = ArcTables::new(sonars);
-                own.push(held, lines, out)?;
-                own.flush(lines, out)
-            }
-        }
     }
 
     fn end(&mut self, step: &Step) -> Result<(), Error> {
@@ -210,28 +200,75 @@ impl<W: Write> Recording<W> {
         };
         let (lines, out_ref) = (self.lines, &mut out);
         while let Some(ready) = self.hold.drain() {
-            Self::write(&mut self.arcs, &self.sonars, &ready, lines, out_ref)?;
+            self.decided.write(&ready, &self.sonars, lines, out_ref)?;
         }
         if self.span.is_some() {
             self.closed.push(last, lines, out_ref)?;
         }
-        self.arcs.flush(lines, out_ref)?;
+        self.decided.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
         self.map.flush(lines, out_ref)?;
         self.robot.flush(lines, out_ref)?;
         self.log.flush(lines, out_ref)?;
-        if let Some((first, last)) = self.span {
-            arcs::put_gamma(self.gamma, &[first, last], lines, out_ref)?;
-        }
+        let ends: Vec<Moment> = self.span.iter().flat_map(|(a, b)| [*a, *b]).collect();
+        plots::put_last(&self.sonars, &self.seen, self.gamma, &ends, lines, out_ref)?;
         let layout = Layout {
             bounds: self.extent.bounds(),
-            sonars: self.sonars.len(),
+            lanes: self.seen.len(),
             beam_width: self.beam_width,
             stamp: lines.stamp,
         };
         blueprint::put(&layout, out_ref)?;
         self.done = Some(out.finish()?);
         Ok(())
+    }
+}
+
+/// Everything that a verdict is needed for.
+struct DecidedTables {
+    arcs: ArcTables,
+    plots: PlotTables,
+}
+
+impl DecidedTables {
+    fn new(sonars: &[Sonar]) -> Self {
+        Self {
+            arcs: ArcTables::new(sonars),
+            plots: PlotTables::new(sonars),
+        }
+    }
+
+    fn write<W: Write>(
+        &mut self,
+        ready: &Ready,
+        sonars: &[Sonar],
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        match ready {
+            Ready::InOrder(held) => self.push(held, lines, out),
+            // Chunks of its own, so that the rows of the others stay in order.
+            Ready::Late(held) => {
+                let mut own = Self::new(sonars);
+                own.push(held, lines, out)?;
+                own.flush(lines, out)
+            }
+        }
+    }
+
+    fn push<W: Write>(
+        &mut self,
+        held: &Held,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        self.arcs.push(held, lines, out)?;
+        self.plots.push(held, lines, out)
+    }
+
+    fn flush<W: Write>(&mut self, lines: Timelines, out: &mut RrdWriter<W>) -> Result<(), Error> {
+        self.arcs.flush(lines, out)?;
+        self.plots.flush(lines, out)
     }
 }
 

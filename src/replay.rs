@@ -1,12 +1,23 @@
 //! Runs a log through the machine and shows every step to the observers.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
 use crate::config::Config;
-use crate::event::Sonar;
-use crate::frames::Frame;
+use crate::config::file::{ConfigError, glob_set};
+use crate::error::Error;
+use crate::event::{RangeReading, Sonar};
+use crate::frames::{Frame, Framer, Tally};
+use crate::log::Log;
+use crate::odometry::Track;
+use crate::tmam::Tmam;
+use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
+use crate::tmam::triple::Label;
 
 /// Where the events came from: what a reader of an output file must know of its source.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Source {
     /// File name of the log, without its directory.
     pub file: String,
@@ -18,6 +29,9 @@ pub struct Source {
     pub end_ns: i64,
     /// Whether the log was read to its end without loss.
     pub complete: bool,
+    /// What could not be read; empty for a complete log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lost: Vec<String>,
 }
 
 /// What stands fixed before the first frame.
@@ -37,11 +51,268 @@ pub trait Observer {
     ///
     /// # Errors
     /// When what it saw cannot be written.
-    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), crate::error::Error>;
+    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), Error>;
 
     /// The end: `step` holds the verdicts and features that waited for a next reading.
     ///
     /// # Errors
     /// When what it saw cannot be written.
-    fn finish(&mut self, step: &Step) -> Result<(), crate::error::Error>;
+    fn finish(&mut self, step: &Step) -> Result<(), Error>;
+}
+
+/// Why there is nothing to replay in a log that could be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// No sonar has a name that was asked for.
+    #[error("no sonar matches {}; the log has {}", asked.join(", "), sonars.join(", "))]
+    NoSuchSonar {
+        /// Patterns that were asked for.
+        asked: Vec<String>,
+        /// Sonars of the log.
+        sonars: Vec<String>,
+    },
+    /// A gate that the beam cannot reach.
+    #[error(
+        "triple.gamma is {:.6} deg; it must be below the beam width, which is {:.6} deg for sonar \
+         `{sonar}`. Give a smaller --gamma, or leave the sonar out with --sensor",
+        gamma.to_degrees(), beam_width.to_degrees()
+    )]
+    GammaBeyondBeam {
+        /// The gate, radians.
+        gamma: f64,
+        /// Radians.
+        beam_width: f64,
+        /// The sonar's name.
+        sonar: String,
+    },
+    /// Not one reading with a pose.
+    #[error(
+        "no frame could be opened: none of {readings} range readings ({ranges}) has a pose from \
+         {samples} odometry samples ({odometry}). {advice}"
+    )]
+    NoFrames {
+        /// Readings in the window.
+        readings: u64,
+        /// Their time span.
+        ranges: String,
+        /// Odometry samples.
+        samples: usize,
+        /// Their time span.
+        odometry: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The configuration.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+}
+
+/// A log made ready.
+#[derive(Debug)]
+pub struct Replay<'a> {
+    log: &'a Log,
+    config: &'a Config,
+    source: Source,
+    readings: &'a [RangeReading],
+    selected: Vec<bool>,
+}
+
+/// What a replay came to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outcome {
+    /// Frames opened.
+    pub frames: u32,
+    /// Way from frame to frame, metres.
+    pub distance: f64,
+    /// What became of the readings.
+    pub tally: Tally,
+    /// Arcs by label.
+    pub labels: BTreeMap<&'static str, u64>,
+    /// Unidentified arcs by reason.
+    pub reasons: BTreeMap<&'static str, u64>,
+    /// Readings that stand behind a registered or merged feature, each counted once.
+    pub associated_readings: u64,
+    /// Every closed run, in the order of extraction.
+    pub extractions: Vec<Extraction>,
+    /// The final map, by id.
+    pub map: Vec<MapFeature>,
+}
+
+impl<'a> Replay<'a> {
+    /// Makes a log ready: selects the readings in the window and the sonars asked for.
+    ///
+    /// # Errors
+    /// A selection without sonars, or a gate that does not fit their beams.
+    pub fn new(log: &'a Log, config: &'a Config) -> Result<Self, ReplayError> {
+        let all = log.events.readings.as_slice();
+        let readings = window(all, config.input.start, config.input.end);
+        let names = glob_set(&config.input.sonars)?;
+        let sonars = &log.events.sonars;
+        let selected: Vec<bool> = sonars
+            .iter()
+            .map(|sonar| names.is_empty() || names.is_match(&sonar.name))
+            .collect();
+        if !selected.contains(&true) {
+            return Err(ReplayError::NoSuchSonar {
+                asked: config.input.sonars.clone(),
+                sonars: sonars.iter().map(|s| s.name.clone()).collect(),
+            });
+        }
+        let is_selected = |r: &&RangeReading| selected.get(r.sonar.index()) == Some(&true);
+        let narrowest = readings
+            .iter()
+            .filter(is_selected)
+            .min_by(|a, b| a.beam_width.total_cmp(&b.beam_width));
+        if let Some(reading) = narrowest.filter(|r| r.beam_width <= config.triple.gamma) {
+            return Err(ReplayError::GammaBeyondBeam {
+                gamma: config.triple.gamma,
+                beam_width: reading.beam_width,
+                sonar: sonars
+                    .get(reading.sonar.index())
+                    .map_or_else(String::new, |sonar| sonar.name.clone()),
+            });
+        }
+        let source = Source {
+            file: log.file.clone(),
+            messages: log.messages,
+            start_ns: readings.first().map_or(0, |r| r.stamp_ns),
+            end_ns: readings.last().map_or(0, |r| r.stamp_ns),
+            complete: log.losses.is_empty(),
+            lost: log.losses.clone(),
+        };
+        Ok(Self {
+            log,
+            config,
+            source,
+            readings,
+            selected,
+        })
+    }
+
+    /// What stands fixed before the first frame.
+    pub fn setting(&self) -> Setting<'_> {
+        Setting {
+            sonars: &self.log.events.sonars,
+            config: self.config,
+            source: &self.source,
+        }
+    }
+
+    /// Steps the machine over every frame.
+    ///
+    /// # Errors
+    /// When an observer cannot write, or no frame could be opened.
+    pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, Error> {
+        let events = &self.log.events;
+        let track = Track::new(&events.odometry, &self.config.frames);
+        let mut framer = Framer::new(track, &events.sonars, &self.selected, &self.config.frames);
+        let mut tmam = Tmam::new(self.config);
+        let mut outcome = Outcome::default();
+        let mut position = None;
+        let mut advance = |frame: &Frame, outcome: &mut Outcome| -> Result<(), Error> {
+            let step = tmam.step(frame);
+            outcome.take(&step);
+            outcome.frames = frame.index + 1;
+            let here = frame.world_from_robot.position();
+            outcome.distance += position
+                .replace(here)
+                .map_or(0.0, |last| (here - last).norm());
+            observers
+                .iter_mut()
+                .try_for_each(|observer| observer.frame(frame, &step))
+        };
+        for reading in self.readings {
+            if let Some(frame) = framer.push(reading) {
+                advance(&frame, &mut outcome)?;
+            }
+        }
+        let (last, tally) = framer.finish();
+        if let Some(frame) = last {
+            advance(&frame, &mut outcome)?;
+        }
+        outcome.tally = tally;
+        if outcome.frames == 0 {
+            return Err(self.no_frames(&outcome.tally).into());
+        }
+        let step = tmam.finish();
+        outcome.take(&step);
+        outcome.map = tmam.map().features().to_vec();
+        outcome.associated_readings = associated(&outcome.extractions);
+        for observer in observers {
+            observer.finish(&step)?;
+        }
+        Ok(outcome)
+    }
+
+    fn no_frames(&self, tally: &Tally) -> ReplayError {
+        let stamps = |of: &[i64]| match (of.first(), of.last()) {
+            (Some(first), Some(last)) => format!(
+                "{:.3} s to {:.3} s",
+                *first as f64 * 1e-9,
+                *last as f64 * 1e-9
+            ),
+            _ => "none".to_owned(),
+        };
+        let odometry: Vec<i64> = self
+            .log
+            .events
+            .odometry
+            .iter()
+            .map(|s| s.stamp_ns)
+            .collect();
+        let readings: Vec<i64> = self.readings.iter().map(|r| r.stamp_ns).collect();
+        let gaps = tally.dropped.contains_key("odometry-gap");
+        ReplayError::NoFrames {
+            readings: tally.readings,
+            ranges: stamps(&readings),
+            samples: odometry.len(),
+            odometry: stamps(&odometry),
+            advice: if readings.is_empty() {
+                "Widen the window that --start and --end leave"
+            } else if gaps {
+                "The odometry is too sparse: raise frames.max_odometry_gap in the configuration"
+            } else {
+                "The two do not overlap in time: check the clocks of the robot's computers"
+            },
+        }
+    }
+}
+
+impl Outcome {
+    fn take(&mut self, step: &Step) {
+        for verdict in &step.verdicts {
+            *self.labels.entry(verdict.label.name()).or_default() += 1;
+            if let Label::Unidentified(reason) = verdict.label {
+                *self.reasons.entry(reason.name()).or_default() += 1;
+            }
+        }
+        self.extractions.extend(step.extractions.iter().cloned());
+    }
+
+    /// How many arcs have a label.
+    pub fn labelled(&self, label: &str) -> u64 {
+        self.labels.get(label).copied().unwrap_or_default()
+    }
+}
+
+fn associated(extractions: &[Extraction]) -> u64 {
+    let arcs: BTreeSet<_> = extractions
+        .iter()
+        .filter(|extraction| !matches!(extraction.action, Action::Rejected(_)))
+        .flat_map(|extraction| &extraction.associated)
+        .collect();
+    arcs.len() as u64
+}
+
+/// The readings from `start` to `end` seconds after the first one.
+fn window(readings: &[RangeReading], start: Option<f64>, end: Option<f64>) -> &[RangeReading] {
+    let Some(first) = readings.first().map(|r| r.stamp_ns) else {
+        return readings;
+    };
+    let seconds = |r: &RangeReading| r.stamp_ns.saturating_sub(first) as f64 * 1e-9;
+    let from = start.map_or(0, |start| readings.partition_point(|r| seconds(r) < start));
+    let to = end.map_or(readings.len(), |end| {
+        readings.partition_point(|r| seconds(r) <= end)
+    });
+    readings.get(from..to).unwrap_or_default()
 }

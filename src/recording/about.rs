@@ -3,19 +3,9 @@
 use std::fmt::Write as _;
 
 use rerun::TextDocument;
-use serde_json::Value;
 
+use crate::config::file::render;
 use crate::replay::Setting;
-
-/// The parameters that are angles, which people read in degrees.
-const ANGLES: [&str; 6] = [
-    "step_angle",
-    "gamma",
-    "turn_tolerance",
-    "bend_tolerance",
-    "beam_width",
-    "yaw",
-];
 
 /// The about page.
 pub fn page(setting: &Setting<'_>) -> TextDocument {
@@ -35,7 +25,7 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
         state = if source.complete {
             ""
         } else {
-            " - **incomplete or damaged: what follows is what could be read**"
+            " - **incomplete or damaged: this is what could be read of it**"
         },
         start = source.start_ns,
         end = source.end_ns,
@@ -43,18 +33,21 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
         count = setting.sonars.len(),
         version = env!("CARGO_PKG_VERSION"),
     );
-    text.push_str(HOW_TO_READ);
-    text.push_str("\n## Configuration\n\n| parameter | value |\n|---|---|\n");
-    // A configuration that does not serialise would be a page without a table, not a failed run.
-    if let Ok(value) = serde_json::to_value(setting.config) {
-        rows(&mut text, "", &value);
+    // Writing to a string cannot fail.
+    for loss in &source.lost {
+        let _ = writeln!(text, "- lost: {loss}");
     }
+    text.push_str(HOW_TO_READ);
+    let _ = write!(
+        text,
+        "\n## Configuration\n\n```toml\n{}```\n",
+        render(setting.config)
+    );
     text.push_str(
         "\n## Sonars\n\n| | name | topic | x, m | y, m | yaw, deg |\n|---|---|---|---|---|---|\n",
     );
     for (i, sonar) in setting.sonars.iter().enumerate() {
         let mount = sonar.robot_from_sensor;
-        // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "| {i} | {} | `{}` | {:.3} | {:.3} | {:.1} |",
@@ -66,31 +59,6 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
         );
     }
     TextDocument::from_markdown(text)
-}
-
-fn rows(text: &mut String, path: &str, value: &Value) {
-    match value {
-        Value::Object(fields) => {
-            for (key, value) in fields {
-                let path = if path.is_empty() {
-                    key.clone()
-                } else {
-                    format!("{path}.{key}")
-                };
-                rows(text, &path, value);
-            }
-        }
-        leaf => {
-            let key = path.rsplit('.').next().unwrap_or(path);
-            let shown = match leaf.as_f64() {
-                Some(radians) if ANGLES.contains(&key) => {
-                    format!("{:.2} deg", radians.to_degrees())
-                }
-                _ => leaf.to_string(),
-            };
-            let _ = writeln!(text, "| {path} | {} |", shown.replace('|', "\\|"));
-        }
-    }
 }
 
 const HOW_TO_READ: &str = "\

@@ -33,7 +33,7 @@ pub struct Layout {
     /// The part of the plane to show.
     pub bounds: Bounds,
     /// How many label lanes there are.
-    pub sonars: usize,
+    pub lanes: usize,
     /// Widest beam, radians: the top of the angle plots.
     pub beam_width: f64,
     /// The name of the stamp timeline.
@@ -159,7 +159,7 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
         &[Id::Scene, Id::Events],
         &[3.0, 1.0],
     )?;
-    let (lanes, angles) = heights(layout.sonars);
+    let (lanes, angles) = heights(layout.lanes);
     w.container(
         Id::Angles,
         if angles > LOW {
@@ -214,8 +214,8 @@ const ABOVE_LANES: f32 = 50.0;
 const LOW: f32 = 230.0;
 
 /// Heights of the label lanes, all in sight if they can be, and of the angle plots above them.
-fn heights(sonars: usize) -> (f32, f32) {
-    let lanes = (LANE * sonars as f32 + ABOVE_LANES).clamp(0.25 * HEIGHT, HEIGHT - LOW);
+fn heights(lanes: usize) -> (f32, f32) {
+    let lanes = (LANE * lanes as f32 + ABOVE_LANES).clamp(0.25 * HEIGHT, HEIGHT - LOW);
     (lanes, HEIGHT - lanes)
 }
 

@@ -76,30 +76,6 @@ pub fn class(label: Label) -> u16 {
     }
 }
 
-/// The name of a label, without the reason.
-pub fn name(label: Label) -> &'static str {
-    match label {
-        Label::Contact => "contact",
-        Label::Intersection => "intersection",
-        Label::Unidentified(_) => "unidentified",
-    }
-}
-
-/// Why an arc has no label, in one word.
-pub fn reason(label: Label) -> Option<&'static str> {
-    match label {
-        Label::Contact | Label::Intersection => None,
-        Label::Unidentified(reason) => Some(match reason {
-            Reason::Missing => "missing",
-            Reason::Gap => "gap",
-            Reason::Turning => "turning",
-            Reason::NoPoints => "no-points",
-            Reason::Wide => "wide",
-            Reason::Ambiguous => "ambiguous",
-        }),
-    }
-}
-
 /// The colour of a label.
 pub fn color(label: Label) -> Color {
     match label {
@@ -112,9 +88,9 @@ pub fn color(label: Label) -> Color {
 /// Name and colour of every class.
 pub fn annotations() -> AnnotationContext {
     AnnotationContext::new(LABELS.map(|label| {
-        let text = match reason(label) {
-            Some(reason) => format!("{}: {reason}", name(label)),
-            None => name(label).to_owned(),
+        let text = match label.reason() {
+            Some(reason) => format!("{}: {}", label.name(), reason.name()),
+            None => label.name().to_owned(),
         };
         ClassDescription::from((class(label), text.as_str(), color(label).0))
     }))

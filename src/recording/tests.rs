@@ -113,6 +113,7 @@ fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
         start_ns: frames.first().map_or(0, |frame| frame.stamp_ns),
         end_ns: frames.last().map_or(0, |frame| frame.stamp_ns),
         complete: true,
+        lost: Vec::new(),
     };
     let setting = Setting {
         sonars,
@@ -201,7 +202,7 @@ fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all
             .map(|frame| (i64::from(frame.index), None))
             .collect();
         for verdict in all.iter().filter(|v| v.arc.sonar == SonarId(id)) {
-            let name = style::name(verdict.label).to_owned();
+            let name = verdict.label.name().to_owned();
             expected.insert(i64::from(verdict.arc.frame), Some(name));
         }
         let path = format!("/labels/{}", sonar.name);
@@ -307,6 +308,7 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
         start_ns: 5,
         end_ns: 6,
         complete: true,
+        lost: Vec::new(),
     };
     let ids = |config: &Config| {
         store_ids(&Setting {

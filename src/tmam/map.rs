@@ -50,6 +50,34 @@ impl Map {
     }
 }
 
+/// How many features of a map look like another one: lines that overlap within 5 cm and 5 degrees,
+/// points within `match_distance`. The gates of (24) and (25), a standard deviation wide, leave
+/// such duplicates.
+pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
+    let alike = |a: &MapFeature, b: &MapFeature| match (&a.shape, &b.shape) {
+        (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
+        (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
+        _ => false,
+    };
+    features
+        .iter()
+        .enumerate()
+        .filter(|(place, feature)| {
+            features
+                .iter()
+                .take(*place)
+                .any(|other| alike(other, feature))
+        })
+        .count()
+}
+
+fn coincide(a: &Segment, b: &Segment) -> bool {
+    let offset = unit(a.theta).dot(&b.mid) - a.rho;
+    let way = unit(a.theta + FRAC_PI_2).dot(&(b.mid - a.mid)).abs();
+    let tilt = angle_between(a.theta, signed_like(b, a).theta);
+    offset.abs() < 0.05 && tilt < 5_f64.to_radians() && way < a.half_length + b.half_length
+}
+
 /// How far a feature is from a registered one; `None` beyond the gates.
 fn deviation(extracted: &Shape, registered: &MapFeature, match_distance: f64) -> Option<f64> {
     match (extracted, &registered.shape) {

@@ -59,17 +59,6 @@ pub fn fit_point(arcs: &[Arc]) -> Fit {
     }
 }
 
-/// Derivatives of the range (7) by the polar coordinates (rho, alpha) of the point, as the paper
-/// has them.
-pub fn polar_jacobian(rho: f64, alpha: f64, sensor: Vector2<f64>) -> RowVector2<f64> {
-    let (sin, cos) = libm::sincos(alpha);
-    let range = (Vector2::new(rho * cos, rho * sin) - sensor).norm();
-    RowVector2::new(
-        (rho - sensor.x * cos - sensor.y * sin) / range, // (14)
-        rho * (sensor.x * sin - sensor.y * cos) / range, // (15)
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::testing::Gauss;
@@ -78,6 +67,17 @@ mod tests {
     use crate::geometry::{Vec2, unit};
     use nalgebra::Matrix2;
     use proptest::prelude::*;
+
+    /// Derivatives of the range (7) by the polar coordinates (rho, alpha) of the point, as the paper
+    /// has them.
+    fn polar_jacobian(rho: f64, alpha: f64, sensor: Vector2<f64>) -> RowVector2<f64> {
+        let (sin, cos) = libm::sincos(alpha);
+        let range = (Vector2::new(rho * cos, rho * sin) - sensor).norm();
+        RowVector2::new(
+            (rho - sensor.x * cos - sensor.y * sin) / range, // (14)
+            rho * (sensor.x * sin - sensor.y * cos) / range, // (15)
+        )
+    }
 
     fn corner_arcs(start: Vec2, travel: f64, corner: Vec2, noise: &[f64]) -> Vec<Arc> {
         let axis = direction(corner - start - unit(travel) * 0.2);

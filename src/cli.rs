@@ -1,0 +1,42 @@
+//! The command line: one file per subcommand, none with logic of its own.
+
+mod config;
+mod parameters;
+mod replay;
+mod simulate;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Error;
+
+/// Look into what a sonar map was made of.
+///
+/// Replays an MCAP log of sonar ranges and odometry through TMAM, the three measurements
+/// association model, and records every arc, label and feature for the Rerun viewer.
+#[derive(Debug, Parser)]
+#[command(name = "tmam", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Replay(Box<replay::Args>),
+    Simulate(Box<simulate::Args>),
+    Config(config::Args),
+}
+
+impl Cli {
+    /// Runs the command; the exit code of one that finished.
+    ///
+    /// # Errors
+    /// What went wrong, with its own exit code.
+    pub fn run(self) -> Result<u8, Error> {
+        match self.command {
+            Command::Replay(args) => args.run(),
+            Command::Simulate(args) => args.run(),
+            Command::Config(args) => args.run(),
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! `tmam config`
+
+use super::parameters::Parameters;
+use crate::config::file::render;
+use crate::error::{DONE, Error};
+use crate::output::Output;
+use std::io::Write as _;
+use std::path::Path;
+
+/// Print the effective configuration as TOML
+///
+/// Every key with its value and unit: the defaults, then the file given with --config, then flags.
+/// Redirect it into a file to start one of your own.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    parameters: Parameters,
+}
+
+impl Args {
+    pub fn run(self) -> Result<u8, Error> {
+        let text = render(&self.parameters.configuration()?);
+        let mut out = Output::create(Path::new("-"))?;
+        out.write_all(text.as_bytes())
+            .map_err(|source| Error::Write {
+                path: "standard output".into(),
+                source,
+            })?;
+        out.commit()?;
+        Ok(DONE)
+    }
+}

@@ -1,0 +1,115 @@
+//! The flags that make a configuration, for every command that replays.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::config::file::{check, parse};
+use crate::config::{Config, Rule};
+use crate::error::Error;
+
+/// Parameters of the replay; a flag stands before the configuration file.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Parameters")]
+pub struct Parameters {
+    /// Configuration file; `tmam config` prints one with every key
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+    /// How arcs are labelled and features fused
+    #[arg(long, value_enum)]
+    rule: Option<RuleName>,
+    /// A contact arc has theta_c < ALPHA * theta_i [default: 0.5]
+    #[arg(long, value_name = "RATIO")]
+    alpha: Option<f64>,
+    /// An intersection arc has theta_c > BETA * theta_i [default: 2]
+    #[arg(long, value_name = "RATIO")]
+    beta: Option<f64>,
+    /// The smaller angle of a labelled arc is below this [default: 10]
+    #[arg(long, value_name = "DEG")]
+    gamma: Option<f64>,
+    /// Distance driven that opens a new frame; 0 opens one at every stamp [default: 0.1]
+    #[arg(long, value_name = "M")]
+    step: Option<f64>,
+    /// Turn that opens a new frame [default: 10]
+    #[arg(long, value_name = "DEG")]
+    step_angle: Option<f64>,
+    /// Points nearer than this are one point of the map [default: 0.2]
+    #[arg(long, value_name = "M")]
+    match_distance: Option<f64>,
+    /// Leave out readings earlier than this after the first one
+    #[arg(long, value_name = "S")]
+    start: Option<f64>,
+    /// Leave out readings later than this after the first one
+    #[arg(long, value_name = "S")]
+    end: Option<f64>,
+    /// Only sonars with such a name, repeatable; frames keep the numbers of the whole run
+    #[arg(long, value_name = "GLOB")]
+    sensor: Vec<String>,
+    /// Topics that carry ranges, repeatable [default: found by type]
+    #[arg(long, value_name = "GLOB")]
+    range_topic: Vec<String>,
+    /// Topic that carries odometry [default: found by type]
+    #[arg(long, value_name = "GLOB")]
+    odom_topic: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum RuleName {
+    /// The paper's rule, with its errors corrected
+    Paper,
+}
+
+impl Parameters {
+    /// The configuration in effect: defaults, then the file, then the flags.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and whatever is not allowed in it or in the flags.
+    pub fn configuration(&self) -> Result<Config, Error> {
+        let mut config = match &self.config {
+            Some(path) => {
+                let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
+                    path: path.clone(),
+                    source,
+                })?;
+                let in_file = |source| Error::ConfigFile {
+                    path: path.clone(),
+                    source,
+                };
+                let config = parse(&text).map_err(in_file)?;
+                check(&config).map_err(in_file)?;
+                config
+            }
+            None => Config::default(),
+        };
+        self.apply(&mut config);
+        check(&config)?;
+        Ok(config)
+    }
+
+    fn apply(&self, config: &mut Config) {
+        let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
+        let set_degrees =
+            |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
+        if let Some(RuleName::Paper) = self.rule {
+            config.rule = Rule::Paper;
+        }
+        set(&mut config.triple.alpha, self.alpha);
+        set(&mut config.triple.beta, self.beta);
+        set_degrees(&mut config.triple.gamma, self.gamma);
+        set(&mut config.frames.step, self.step);
+        set_degrees(&mut config.frames.step_angle, self.step_angle);
+        set(&mut config.map.match_distance, self.match_distance);
+        let input = &mut config.input;
+        input.start = self.start.or(input.start);
+        input.end = self.end.or(input.end);
+        for (globs, flags) in [
+            (&mut input.sonars, &self.sensor),
+            (&mut input.range_topics, &self.range_topic),
+            (&mut input.odometry_topics, &self.odom_topic),
+        ] {
+            if !flags.is_empty() {
+                globs.clone_from(flags);
+            }
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! `tmam simulate`
+
+use std::io::{Cursor, Write as _};
+use std::path::{Path as FilePath, PathBuf};
+
+use crate::error::{DONE, Error};
+use crate::output::Output;
+use crate::simulate::{
+    Driving, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+};
+use crate::world::{World, WorldError};
+
+/// Simulate a robot with a sonar ring and write a ROS 2 MCAP log with the truth in it
+///
+/// The log holds sensor_msgs/Range, nav_msgs/Odometry, /tf and /tf_static as a robot would record
+/// them. What really echoed is on /truth, the world itself on /truth/world, both in JSON. Equal
+/// options give equal bytes.
+#[derive(Debug, clap::Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
+  tmam simulate -o room.mcap                       the paper's room in 150 steps, without noise
+  tmam simulate -o room.mcap --drive --noise 0.003
+  tmam simulate -o hall.mcap --world hall.json --waypoints \"0,0 5,0 5,3 0,0\" --sonars 8"
+)]
+pub struct Args {
+    /// Where the log goes; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...]}
+    /// [default: the paper's L-shaped room]
+    #[arg(long, value_name = "FILE", value_parser = read_world, requires = "waypoints", help_heading = "World")]
+    world: Option<World>,
+
+    /// Way-points in metres, "x,y x,y ..."; end where you begin for a loop
+    /// [default: a loop of 18 m through the room]
+    #[arg(
+        long,
+        value_name = "POINTS",
+        allow_hyphen_values = true,
+        help_heading = "World"
+    )]
+    waypoints: Option<Path>,
+
+    /// Drive without stopping, one sonar firing at a time, instead of stopping at each step for
+    /// all to fire
+    #[arg(long, help_heading = "Motion")]
+    drive: bool,
+
+    /// Distance between steps, metres
+    #[arg(long, value_name = "M", default_value_t = Stepwise::default().step, conflicts_with = "drive", help_heading = "Motion")]
+    step: f64,
+
+    /// Number of steps [default: once along the way-points]
+    #[arg(
+        long,
+        value_name = "N",
+        conflicts_with = "drive",
+        help_heading = "Motion"
+    )]
+    steps: Option<usize>,
+
+    /// Time between steps, seconds
+    #[arg(long, value_name = "S", default_value_t = Stepwise::default().interval, conflicts_with = "drive", help_heading = "Motion")]
+    step_interval: f64,
+
+    /// Driving speed, metres per second
+    #[arg(long, value_name = "M/S", default_value_t = Driving::default().speed, requires = "drive", help_heading = "Motion")]
+    speed: f64,
+
+    /// Speed of turning in place, degrees per second
+    #[arg(long, value_name = "DEG/S", default_value_t = Driving::default().turn_rate.to_degrees(), requires = "drive", help_heading = "Motion")]
+    turn_rate: f64,
+
+    /// Time from one sonar's shot to the next one's while driving, seconds
+    #[arg(long, value_name = "S", default_value_t = Driving::default().firing_interval, requires = "drive", help_heading = "Motion")]
+    firing_interval: f64,
+
+    /// Odometry samples per second while driving
+    #[arg(long, value_name = "HZ", default_value_t = Driving::default().odometry_rate, requires = "drive", help_heading = "Motion")]
+    odometry_rate: f64,
+
+    /// Number of sonars, evenly round the robot and facing outward
+    #[arg(long, value_name = "N", default_value_t = Ring::default().sonars, help_heading = "Sonars")]
+    sonars: usize,
+
+    /// Distance of the sonars from the robot's origin, metres
+    #[arg(long, value_name = "M", default_value_t = Ring::default().radius, help_heading = "Sonars")]
+    ring_radius: f64,
+
+    /// Full opening angle of a beam, degrees
+    #[arg(long, value_name = "DEG", default_value_t = Ring::default().beam_width.to_degrees(), help_heading = "Sonars")]
+    beam_width: f64,
+
+    /// Closest distance that a sonar measures, metres; closer is -inf
+    #[arg(long, value_name = "M", default_value_t = Ring::default().min_range, help_heading = "Sonars")]
+    min_range: f64,
+
+    /// Farthest distance that a sonar measures, metres; farther is +inf
+    #[arg(long, value_name = "M", default_value_t = Ring::default().max_range, help_heading = "Sonars")]
+    max_range: f64,
+
+    /// Standard deviation of a range, metres
+    #[arg(long, value_name = "M", default_value_t = 0.0, help_heading = "Noise")]
+    noise: f64,
+
+    /// Probability that an echo is not heard, 0 to 1
+    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Noise")]
+    no_echo: f64,
+
+    /// Probability that a reading is replaced by a random range, 0 to 1
+    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Noise")]
+    outliers: f64,
+
+    /// Standard deviation of the odometry's distance after 1 m, metres; grows with the square root
+    #[arg(long, value_name = "M", default_value_t = 0.0, help_heading = "Noise")]
+    odometry_noise: f64,
+
+    /// Standard deviation of the odometry's heading after 1 m, degrees; grows with the square root
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        help_heading = "Noise"
+    )]
+    heading_noise: f64,
+
+    /// Standard deviation of the odometry's heading after turning by 1 rad, degrees; grows with
+    /// the square root
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        help_heading = "Noise"
+    )]
+    turn_noise: f64,
+
+    /// Chooses the noise: equal seeds give equal noise
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Noise")]
+    seed: u64,
+}
+
+impl Args {
+    pub fn run(self) -> Result<u8, Error> {
+        let mut output = Output::create(&self.output)?;
+        let log = Simulation::from(self).write(Cursor::new(Vec::new()))?;
+        output
+            .write_all(log.get_ref())
+            .map_err(|source| output.failed(source))?;
+        output.commit()?;
+        Ok(DONE)
+    }
+}
+
+impl From<Args> for Simulation {
+    fn from(args: Args) -> Self {
+        let motion = if args.drive {
+            Motion::Driving(Driving {
+                speed: args.speed,
+                turn_rate: args.turn_rate.to_radians(),
+                firing_interval: args.firing_interval,
+                odometry_rate: args.odometry_rate,
+            })
+        } else {
+            Motion::Stepwise(Stepwise {
+                step: args.step,
+                steps: args.steps,
+                interval: args.step_interval,
+            })
+        };
+        Self {
+            world: args.world.unwrap_or_else(World::room),
+            path: args.waypoints.unwrap_or_else(Path::room),
+            motion,
+            ring: Ring {
+                sonars: args.sonars,
+                radius: args.ring_radius,
+                beam_width: args.beam_width.to_radians(),
+                min_range: args.min_range,
+                max_range: args.max_range,
+            },
+            range_noise: RangeNoise {
+                sigma: args.noise,
+                no_echo: args.no_echo,
+                outliers: args.outliers,
+            },
+            odometry_noise: OdometryNoise {
+                distance: args.odometry_noise,
+                heading: args.heading_noise.to_radians(),
+                turn: args.turn_noise.to_radians(),
+            },
+            seed: args.seed,
+        }
+    }
+}
+
+fn read_world(path: &str) -> Result<World, WorldError> {
+    World::read(FilePath::new(path))
+}

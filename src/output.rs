@@ -1,0 +1,181 @@
+//! Files that appear under their name only once they are whole.
+
+use std::fs;
+use std::io::{self, BufWriter, Stdout, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+
+/// An output being written: a file, or standard output where it is called `-`.
+///
+/// A file is written beside its target under a temporary name and takes its final name in
+/// [`Output::commit`]; dropped before that, it disappears.
+#[derive(Debug)]
+pub struct Output {
+    path: PathBuf,
+    sink: Sink,
+}
+
+#[derive(Debug)]
+enum Sink {
+    Stdout(BufWriter<Stdout>),
+    /// A pipe or a device: there is no name to take later.
+    Stream(BufWriter<fs::File>),
+    File {
+        file: BufWriter<NamedTempFile>,
+        target: PathBuf,
+    },
+}
+
+impl Output {
+    /// Opens an output.
+    ///
+    /// # Errors
+    /// When nothing can be written there.
+    pub fn create(path: &Path) -> Result<Self, Error> {
+        let sink = open(path).map_err(|source| Error::Write {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            sink,
+        })
+    }
+
+    /// What errors call it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The error for a write that failed.
+    pub fn failed(&self, source: io::Error) -> Error {
+        Error::Write {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
+    /// Writes what is buffered and gives the file its name.
+    ///
+    /// # Errors
+    /// When that fails; the file is gone then.
+    pub fn commit(self) -> Result<(), Error> {
+        let path = self.path;
+        commit(self.sink).map_err(|source| Error::Write { path, source })
+    }
+}
+
+/// Whether a path stands for standard output.
+pub fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn open(path: &Path) -> io::Result<Sink> {
+    if is_stdout(path) {
+        return Ok(Sink::Stdout(BufWriter::new(io::stdout())));
+    }
+    // A link keeps pointing where it points: the file behind it is replaced.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    match fs::metadata(&target) {
+        Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(found) if !found.is_file() => {
+            let stream = fs::OpenOptions::new().write(true).open(&target)?;
+            return Ok(Sink::Stream(BufWriter::new(stream)));
+        }
+        _ => {}
+    }
+    let directory = match target.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let mut temporary = tempfile::Builder::new();
+    temporary.prefix(".tmam-").suffix(".part");
+    #[cfg(unix)]
+    {
+        // As for any new file, the umask decides who may read it.
+        use std::os::unix::fs::PermissionsExt as _;
+        temporary.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let file = BufWriter::new(temporary.tempfile_in(directory)?);
+    Ok(Sink::File { file, target })
+}
+
+fn commit(sink: Sink) -> io::Result<()> {
+    match sink {
+        Sink::Stdout(mut stream) => stream.flush(),
+        Sink::Stream(mut stream) => stream.flush(),
+        Sink::File { file, target } => {
+            let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+            file.persist(target)?;
+            Ok(())
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.sink {
+            Sink::Stdout(stream) => stream.write(bytes),
+            Sink::Stream(stream) => stream.write(bytes),
+            Sink::File { file, .. } => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Stdout(stream) => stream.flush(),
+            Sink::Stream(stream) => stream.flush(),
+            Sink::File { file, .. } => file.flush(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_there_until_it_is_whole() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("out.json");
+        let mut output = Output::create(&path).unwrap();
+        output.write_all(b"half").unwrap();
+        assert!(!path.exists());
+        drop(output);
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+
+        let mut output = Output::create(&path).unwrap();
+        output.write_all(b"whole").unwrap();
+        output.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed_and_a_device_is_left_alone() {
+        let directory = tempfile::tempdir().unwrap();
+        let (file, link) = (directory.path().join("file"), directory.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        let mut output = Output::create(&link).unwrap();
+        output.write_all(b"new").unwrap();
+        output.commit().unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+
+        let output = Output::create(Path::new("/dev/null")).unwrap();
+        assert!(matches!(output.sink, Sink::Stream(_)));
+    }
+
+    #[test]
+    fn a_directory_cannot_be_written_to() {
+        let directory = tempfile::tempdir().unwrap();
+        let error = Output::create(directory.path()).unwrap_err();
+        assert!(error.to_string().starts_with("cannot write"));
+        assert!(Output::create(&directory.path().join("no/such/out")).is_err());
+    }
+}

@@ -1,0 +1,51 @@
+//! A progress bar on a terminal; nothing elsewhere.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::error::Error;
+use crate::frames::Frame;
+use crate::replay::{Observer, Setting};
+use crate::tmam::step::Step;
+
+/// How far the replay has come in the log's own time.
+#[derive(Debug)]
+pub struct Progress {
+    bar: ProgressBar,
+    start_ns: i64,
+}
+
+impl Progress {
+    /// A bar on standard error, drawn only where that is a terminal.
+    pub fn new(setting: &Setting<'_>) -> Self {
+        let source = setting.source;
+        let span = source.end_ns.saturating_sub(source.start_ns);
+        let bar = ProgressBar::with_draw_target(
+            Some(u64::try_from(span).unwrap_or_default()),
+            ProgressDrawTarget::stderr(),
+        );
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}%  {msg}") {
+            bar.set_style(style);
+        }
+        Self {
+            bar,
+            start_ns: source.start_ns,
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn frame(&mut self, frame: &Frame, _: &Step) -> Result<(), Error> {
+        let passed = frame.stamp_ns.saturating_sub(self.start_ns);
+        self.bar
+            .set_position(u64::try_from(passed).unwrap_or_default());
+        if frame.index % 64 == 0 {
+            self.bar.set_message(format!("frame {}", frame.index));
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Step) -> Result<(), Error> {
+        self.bar.finish_and_clear();
+        Ok(())
+    }
+}

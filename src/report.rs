@@ -1,0 +1,139 @@
+//! The closing summary of a replay, for a person.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+
+use crate::replay::{Outcome, Setting};
+use crate::tmam::feature::{Action, Kind, Shape};
+use crate::tmam::map::duplicates;
+
+/// The viewer that reads the recordings.
+pub const VIEWER_VERSION: &str = "0.36.3";
+
+/// The summary: frames, readings, labels, features and map.
+pub fn summary(setting: &Setting<'_>, outcome: &Outcome) -> String {
+    let mut text = String::new();
+    // Writing into a string cannot fail.
+    let _ = write(&mut text, setting, outcome);
+    text
+}
+
+fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {
+    let source = setting.source;
+    let seconds = source.end_ns.saturating_sub(source.start_ns) as f64 * 1e-9;
+    writeln!(
+        text,
+        "{}: {seconds:.1} s, {:.1} m, {}{}",
+        source.file,
+        outcome.distance,
+        plural(setting.sonars.len() as u64, "sonar"),
+        if source.complete { "" } else { ", INCOMPLETE" },
+    )?;
+
+    let tally = &outcome.tally;
+    let mut row =
+        |name: &str, count: u64, what: &str| writeln!(text, "{name:<10} {count:>7}  {what}");
+    row("frames", outcome.frames.into(), "")?;
+    let surplus = match tally.surplus {
+        0 => String::new(),
+        n => format!(", {n} more than their frames had room for"),
+    };
+    row(
+        "readings",
+        tally.readings,
+        &format!(
+            "{}, {} without{surplus}",
+            plural(tally.echoes, "echo"),
+            tally.no_echoes
+        ),
+    )?;
+    let dropped: u64 = tally.dropped.values().sum();
+    if dropped > 0 {
+        row("dropped", dropped, &counted(&tally.dropped))?;
+    }
+    let [contact, intersection, unidentified] =
+        ["contact", "intersection", "unidentified"].map(|label| outcome.labelled(label));
+    row(
+        "arcs",
+        contact + intersection + unidentified,
+        &format!("{contact} contact, {intersection} intersection, {unidentified} unidentified"),
+    )?;
+    if unidentified > 0 {
+        row(
+            "",
+            unidentified,
+            &format!("unidentified: {}", counted(&outcome.reasons)),
+        )?;
+    }
+    write_features(text, setting, outcome)
+}
+
+fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {
+    let extractions = &outcome.extractions;
+    let of_kind = |kind| extractions.iter().filter(|e| e.kind == kind).count() as u64;
+    let mut actions = BTreeMap::<&str, u64>::new();
+    for extraction in extractions {
+        let action = match extraction.action {
+            Action::Registered(_) => "registered",
+            Action::Merged(_) => "merged",
+            Action::Rejected(reason) => reason.name(),
+        };
+        *actions.entry(action).or_default() += 1;
+    }
+    let mut row =
+        |name: &str, count: usize, what: &str| writeln!(text, "{name:<10} {count:>7}  {what}");
+    row(
+        "features",
+        extractions.len(),
+        &format!(
+            "{}, {} from {} readings{}",
+            plural(of_kind(Kind::Line), "line"),
+            plural(of_kind(Kind::Point), "point"),
+            outcome.associated_readings,
+            if actions.is_empty() {
+                String::new()
+            } else {
+                format!(": {}", counted(&actions))
+            },
+        ),
+    )?;
+    let lines = outcome
+        .map
+        .iter()
+        .filter(|f| matches!(f.shape, Shape::Line(_)))
+        .count();
+    let twice = duplicates(&outcome.map, setting.config.map.match_distance);
+    let duplicates = match twice {
+        0 => String::new(),
+        n => format!("; {n} of them look like another one (the paper's gates leave duplicates)"),
+    };
+    row(
+        "map",
+        outcome.map.len(),
+        &format!(
+            "{}, {}{duplicates}",
+            plural(lines as u64, "line"),
+            plural((outcome.map.len() - lines) as u64, "point"),
+        ),
+    )
+}
+
+/// `3 gap, 2 missing`, the largest first.
+fn counted(counts: &BTreeMap<&'static str, u64>) -> String {
+    let mut counts: Vec<_> = counts.iter().collect();
+    counts.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
+    let counts: Vec<String> = counts
+        .iter()
+        .map(|(what, n)| format!("{n} {what}"))
+        .collect();
+    counts.join(", ")
+}
+
+/// `1 line`, `2 lines`, `2 echoes`.
+fn plural(count: u64, thing: &str) -> String {
+    match (count, thing) {
+        (1, _) => format!("1 {thing}"),
+        (n, "echo") => format!("{n} echoes"),
+        (n, _) => format!("{n} {thing}s"),
+    }
+}

@@ -1,0 +1,182 @@
+//! `trace.jsonl`: a line per arc, in (frame, sensor) order, that says why it was labelled so.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Write;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::event::Sonar;
+use crate::frames::Frame;
+use crate::replay::{Observer, Setting};
+use crate::rounding::{number, optional};
+use crate::tmam::arc::{Arc, ArcId};
+use crate::tmam::pair::{PairPoint, Points};
+use crate::tmam::step::Step;
+use crate::tmam::triple::{Evidence, Label, Verdict};
+
+/// One line. SI units and radians; `null` where the arc is not the middle of a triple.
+#[derive(Debug, Serialize)]
+struct Row<'a> {
+    frame: u32,
+    sensor: &'a str,
+    stamp_ns: i64,
+    #[serde(serialize_with = "number")]
+    x: f64,
+    #[serde(serialize_with = "number")]
+    y: f64,
+    #[serde(serialize_with = "number")]
+    yaw: f64,
+    #[serde(serialize_with = "number")]
+    range: f64,
+    label: &'static str,
+    reason: Option<&'static str>,
+    #[serde(serialize_with = "optional")]
+    theta_c: Option<f64>,
+    #[serde(serialize_with = "optional")]
+    theta_i: Option<f64>,
+    contact_points: Option<[usize; 2]>,
+    intersection_points: Option<[usize; 2]>,
+    #[serde(serialize_with = "optional")]
+    margin: Option<f64>,
+    /// The second opinion is not formed by the paper's rule.
+    opinion: Option<&'static str>,
+    chi2_line: Option<f64>,
+    chi2_point: Option<f64>,
+    feature: Option<u32>,
+}
+
+/// What is known of an arc that is not yet written.
+#[derive(Debug)]
+struct Pending {
+    arc: Arc,
+    verdict: Option<Verdict>,
+    feature: Option<u32>,
+}
+
+/// Writes the trace while the replay goes on.
+///
+/// An arc is written once it is decided and its run, if it has one, is closed; arcs after it wait,
+/// so that the lines stay in order.
+#[derive(Debug)]
+pub struct Trace<'a, W> {
+    out: W,
+    path: PathBuf,
+    sonars: &'a [Sonar],
+    waiting: VecDeque<ArcId>,
+    pending: BTreeMap<ArcId, Pending>,
+}
+
+impl<'a, W: Write> Trace<'a, W> {
+    /// A trace into `out`; `path` is what errors call it.
+    pub fn new(out: W, path: PathBuf, setting: Setting<'a>) -> Self {
+        Self {
+            out,
+            path,
+            sonars: setting.sonars,
+            waiting: VecDeque::new(),
+            pending: BTreeMap::new(),
+        }
+    }
+
+    fn take(&mut self, step: &Step) {
+        for arc in &step.arcs {
+            self.waiting.push_back(arc.id);
+            let pending = Pending {
+                arc: *arc,
+                verdict: None,
+                feature: None,
+            };
+            self.pending.insert(arc.id, pending);
+        }
+        for verdict in &step.verdicts {
+            if let Some(pending) = self.pending.get_mut(&verdict.arc) {
+                pending.verdict = Some(*verdict);
+            }
+        }
+        for extraction in &step.extractions {
+            for arc in &extraction.labelled {
+                if let Some(pending) = self.pending.get_mut(arc) {
+                    pending.feature = Some(extraction.id);
+                }
+            }
+        }
+    }
+
+    fn write_settled(&mut self) -> Result<(), Error> {
+        while let Some(id) = self.waiting.front()
+            && let Some(pending) = self.pending.get(id)
+            && let Some(verdict) = pending.settled()
+        {
+            let row = row(pending, &verdict, self.sonars);
+            serde_json::to_writer(&mut self.out, &row)
+                .map_err(std::io::Error::from)
+                .and_then(|()| self.out.write_all(b"\n"))
+                .map_err(|source| Error::Write {
+                    path: self.path.clone(),
+                    source,
+                })?;
+            let id = *id;
+            self.pending.remove(&id);
+            self.waiting.pop_front();
+        }
+        Ok(())
+    }
+}
+
+impl Pending {
+    /// The verdict, once the arc's run has closed too.
+    fn settled(&self) -> Option<Verdict> {
+        self.verdict.filter(|verdict| {
+            matches!(verdict.label, Label::Unidentified(_)) || self.feature.is_some()
+        })
+    }
+}
+
+impl<W: Write> Observer for Trace<'_, W> {
+    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), Error> {
+        self.take(step);
+        self.write_settled()
+    }
+
+    fn finish(&mut self, step: &Step) -> Result<(), Error> {
+        self.take(step);
+        self.write_settled()?;
+        self.out.flush().map_err(|source| Error::Write {
+            path: self.path.clone(),
+            source,
+        })
+    }
+}
+
+fn row<'a>(pending: &Pending, verdict: &Verdict, sonars: &'a [Sonar]) -> Row<'a> {
+    let arc = &pending.arc;
+    let evidence = verdict.evidence.as_ref();
+    let points = |of: fn(&Points) -> &[Option<PairPoint>; 2]| {
+        let count = |points: &Points| of(points).iter().flatten().count();
+        evidence.map(|Evidence { before, after, .. }| [count(before), count(after)])
+    };
+    Row {
+        frame: arc.id.frame,
+        sensor: sonars
+            .get(arc.id.sonar.index())
+            .map_or("", |sonar| sonar.name.as_str()),
+        stamp_ns: arc.stamp_ns,
+        x: arc.world_from_sensor.x,
+        y: arc.world_from_sensor.y,
+        yaw: arc.world_from_sensor.yaw,
+        range: arc.range,
+        label: verdict.label.name(),
+        reason: verdict.label.reason().map(|reason| reason.name()),
+        theta_c: evidence.map(|e| e.theta_c),
+        theta_i: evidence.map(|e| e.theta_i),
+        contact_points: points(|p| &p.contact),
+        intersection_points: points(|p| &p.intersection),
+        margin: evidence.map(|e| e.margin),
+        opinion: None,
+        chi2_line: None,
+        chi2_point: None,
+        feature: pending.feature,
+    }
+}
