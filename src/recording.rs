@@ -6,6 +6,8 @@ mod about;
 mod arcs;
 mod blueprint;
 mod closed;
+mod covariance;
+mod decided;
 mod encode;
 mod extent;
 mod hold;
@@ -17,25 +19,26 @@ mod style;
 mod table;
 #[cfg(test)]
 mod tests;
+mod views;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
+use rerun::components::TextLogLevel;
 use rerun::external::re_log_encoding::CodecError;
 use rerun::log::ChunkError;
 use rerun::{
     ApplicationId, RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D,
 };
 
-use self::arcs::ArcTables;
 use self::blueprint::Layout;
 use self::closed::ClosedTables;
+use self::decided::DecidedTables;
 use self::encode::RrdWriter;
 use self::extent::Extent;
-use self::hold::{Held, Hold, Ready};
+use self::hold::{Held, Hold};
 use self::log::LogTable;
 use self::map::MapTables;
-use self::plots::PlotTables;
 use self::robot::RobotTables;
 use self::table::{Moment, Timelines, put_static};
 use crate::event::{Sonar, SonarId};
@@ -78,6 +81,9 @@ pub struct Recording<W: Write> {
     extent: Extent,
     seen: BTreeSet<SonarId>,
     span: Option<(Moment, Moment)>,
+    // What the log says at the first frame; taken then.
+    opening: Vec<(&'static str, String)>,
+    labels: BTreeMap<&'static str, u64>,
     hold: Hold,
     decided: DecidedTables,
     closed: ClosedTables,
@@ -124,6 +130,8 @@ impl<W: Write> Recording<W> {
             beam_width: gamma,
             extent: Extent::default(),
             span: None,
+            opening: opening(&setting),
+            labels: BTreeMap::new(),
             hold: Hold::default(),
             seen: BTreeSet::new(),
             decided: DecidedTables::new(setting.sonars),
@@ -170,8 +178,12 @@ impl<W: Write> Recording<W> {
         let Some(out) = self.out.as_mut() else {
             return Ok(());
         };
+        for (level, text) in std::mem::take(&mut self.opening) {
+            self.log.note(at, level, text, self.lines, out)?;
+        }
         for verdict in &step.verdicts {
             self.hold.decide(verdict);
+            *self.labels.entry(verdict.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
             self.decided.write(&ready, &self.sonars, self.lines, out)?;
@@ -202,8 +214,20 @@ impl<W: Write> Recording<W> {
         while let Some(ready) = self.hold.drain() {
             self.decided.write(&ready, &self.sonars, lines, out_ref)?;
         }
-        if self.span.is_some() {
+        if let Some((first, last)) = self.span {
             self.closed.push(last, lines, out_ref)?;
+            let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
+            let (walls, points) = self.map.counts();
+            let text = format!(
+                "end: {} frames; {} contact, {} intersection, {} unidentified arcs; \
+                 {walls} lines and {points} points in the map",
+                last.frame - first.frame + 1,
+                arcs("contact"),
+                arcs("intersection"),
+                arcs("unidentified"),
+            );
+            self.log
+                .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
         }
         self.decided.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
@@ -214,61 +238,17 @@ impl<W: Write> Recording<W> {
         plots::put_last(&self.sonars, &self.seen, self.gamma, &ends, lines, out_ref)?;
         let layout = Layout {
             bounds: self.extent.bounds(),
+            frames: self
+                .span
+                .map_or(0, |(first, last)| last.frame - first.frame + 1),
             lanes: self.seen.len(),
+            sonars: self.sonars.len(),
             beam_width: self.beam_width,
             stamp: lines.stamp,
         };
         blueprint::put(&layout, out_ref)?;
         self.done = Some(out.finish()?);
         Ok(())
-    }
-}
-
-/// Everything that a verdict is needed for.
-struct DecidedTables {
-    arcs: ArcTables,
-    plots: PlotTables,
-}
-
-impl DecidedTables {
-    fn new(sonars: &[Sonar]) -> Self {
-        Self {
-            arcs: ArcTables::new(sonars),
-            plots: PlotTables::new(sonars),
-        }
-    }
-
-    fn write<W: Write>(
-        &mut self,
-        ready: &Ready,
-        sonars: &[Sonar],
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        match ready {
-            Ready::InOrder(held) => self.push(held, lines, out),
-            // Chunks of its own, so that the rows of the others stay in order.
-            Ready::Late(held) => {
-                let mut own = Self::new(sonars);
-                own.push(held, lines, out)?;
-                own.flush(lines, out)
-            }
-        }
-    }
-
-    fn push<W: Write>(
-        &mut self,
-        held: &Held,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        self.arcs.push(held, lines, out)?;
-        self.plots.push(held, lines, out)
-    }
-
-    fn flush<W: Write>(&mut self, lines: Timelines, out: &mut RrdWriter<W>) -> Result<(), Error> {
-        self.arcs.flush(lines, out)?;
-        self.plots.flush(lines, out)
     }
 }
 
@@ -280,6 +260,27 @@ impl<W: Write> Observer for Recording<W> {
     fn finish(&mut self, step: &Step) -> Result<(), crate::error::Error> {
         Ok(self.end(step)?)
     }
+}
+
+/// What the log says of the source.
+fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
+    let source = setting.source;
+    let start = format!(
+        "start: {}, {} sonars, {} messages",
+        source.file,
+        setting.sonars.len(),
+        source.messages
+    );
+    let mut said = vec![(TextLogLevel::INFO, start)];
+    if !source.complete {
+        let lost = source.lost.first().map_or("", String::as_str);
+        let text = match source.lost.len() {
+            0 | 1 => format!("the log is incomplete or damaged: {lost}"),
+            n => format!("the log is incomplete or damaged in {n} places, first {lost}"),
+        };
+        said.push((TextLogLevel::WARN, text));
+    }
+    said
 }
 
 /// How much of a file's name goes into the name of its recordings' application.

@@ -34,7 +34,7 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
         version = env!("CARGO_PKG_VERSION"),
     );
     // Writing to a string cannot fail.
-    for loss in &source.lost {
+    for loss in source.lost.iter().take(20) {
         let _ = writeln!(text, "- lost: {loss}");
     }
     text.push_str(HOW_TO_READ);
@@ -81,7 +81,7 @@ A feature flashes bold, with the arcs of its run, in the frame in which its run 
 
 **theta_c, theta_i** - a dot per sonar and frame, radians. A small theta_c says wall, a small theta_i says point; both must lie below gamma, the red line. Dots at the full beam width are triples without common points. No dot: the arc is not the middle of a triple.
 
-**Labels** - a lane per sonar. Blue is contact, orange intersection, grey with `?` unidentified. A label holds until the sonar's next reading; a gap is a reading without echo. A lane drawn grey with a number holds that many short labels: zoom in to see them.
+**Labels** - a lane per sonar. Blue is contact, orange intersection, grey with `?` unidentified. A label holds until the sonar's next reading; a gap is a reading without echo. A dark stretch that says `n states` holds that many labels too short to draw: zoom in, or see the tab **Labels by sonar number**, which has them as dots: contact above, intersection on, unidentified below the line of the sonar's number (the numbers are those of the table of sonars below).
 
 **Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used.
 ";

@@ -6,19 +6,14 @@
 use std::io::Write;
 
 use rerun::blueprint::components::{
-    ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, LinkAxis,
-    PanelState, PlayState, QueryExpression, RootContainer, RowShare, TextLogColumn, TimelineColumn,
-    ViewClass, VisibleTimeRange, VisualBounds2D as VisualBounds,
+    ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState,
+    PlayState, QueryExpression, RootContainer, RowShare, ViewClass,
 };
-use rerun::blueprint::datatypes::{
-    TextLogColumn as TextLogColumnData, TextLogColumnKind, TimelineColumn as TimelineColumnData,
-};
-use rerun::components::{Name, Range1D, Visible};
-use rerun::datatypes::{self, Bool, Float32, Range2D, TimeInt, TimeRange, TimeRangeBoundary};
+use rerun::components::Name;
+use rerun::datatypes::{Bool, Float32};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
-    ContainerBlueprint, PanelBlueprint, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis,
-    TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint, VisibleTimeRanges,
-    VisualBounds2D,
+    ContainerBlueprint, PanelBlueprint, TimePanelBlueprint, ViewBlueprint, ViewContents,
+    ViewportBlueprint,
 };
 use rerun::external::uuid::Uuid;
 use rerun::{AsComponents, EntityPath, Timeline};
@@ -27,13 +22,18 @@ use super::Error;
 use super::encode::{RrdWriter, Store};
 use super::extent::Bounds;
 use super::table::unit_columns;
+use super::views;
 
 /// What the layout depends on.
 pub struct Layout {
     /// The part of the plane to show.
     pub bounds: Bounds,
+    /// How many frames there are.
+    pub frames: i64,
     /// How many label lanes there are.
     pub lanes: usize,
+    /// How many sonars there are, silent ones too.
+    pub sonars: usize,
     /// Widest beam, radians: the top of the angle plots.
     pub beam_width: f64,
     /// The name of the stamp timeline.
@@ -42,7 +42,7 @@ pub struct Layout {
 
 /// Ids of the containers and views, the same in every recording.
 #[derive(Debug, Clone, Copy)]
-enum Id {
+pub enum Id {
     Root = 1,
     Left,
     Right,
@@ -53,17 +53,20 @@ enum Id {
     ThetaC,
     ThetaI,
     Labels,
+    Dots,
+    Lanes,
     Events,
 }
 
 impl Id {
-    fn uuid(self) -> Uuid {
-        Uuid::from_u128(0x7461_6d61_0000_4000_8000_0000_0000_0000 | self as u128)
+    /// The number behind it.
+    pub fn uuid(self) -> Uuid {
+        Uuid::from_u128(0x746d_616d_0000_4000_8000_0000_0000_0000 | self as u128)
     }
 
     fn path(self) -> String {
         match self {
-            Self::Root | Self::Left | Self::Right | Self::Angles | Self::Scene => {
+            Self::Root | Self::Left | Self::Right | Self::Angles | Self::Lanes | Self::Scene => {
                 format!("container/{}", self.uuid())
             }
             _ => format!("view/{}", self.uuid()),
@@ -71,12 +74,18 @@ impl Id {
     }
 }
 
-struct Writer<'a, W> {
+/// Writes the parts of the blueprint.
+pub struct Writer<'a, W> {
     out: &'a mut RrdWriter<W>,
 }
 
 impl<W: Write> Writer<'_, W> {
-    fn put(&mut self, path: impl Into<EntityPath>, what: &dyn AsComponents) -> Result<(), Error> {
+    /// Any part.
+    pub fn put(
+        &mut self,
+        path: impl Into<EntityPath>,
+        what: &dyn AsComponents,
+    ) -> Result<(), Error> {
         self.out.chunk(
             Store::Blueprint,
             &path.into(),
@@ -86,7 +95,8 @@ impl<W: Write> Writer<'_, W> {
         )
     }
 
-    fn view(&mut self, id: Id, class: &str, name: &str, query: &[&str]) -> Result<(), Error> {
+    /// A view of the entities that `query` selects.
+    pub fn view(&mut self, id: Id, class: &str, name: &str, query: &[&str]) -> Result<(), Error> {
         let path = id.path();
         self.put(
             format!("{path}/ViewContents"),
@@ -100,11 +110,13 @@ impl<W: Write> Writer<'_, W> {
         )
     }
 
-    fn property(&mut self, id: Id, name: &str, what: &dyn AsComponents) -> Result<(), Error> {
+    /// A setting of a view.
+    pub fn property(&mut self, id: Id, name: &str, what: &dyn AsComponents) -> Result<(), Error> {
         self.put(format!("{}/{name}", id.path()), what)
     }
 
-    fn container(
+    /// A container; the first of its tabs is open.
+    pub fn container(
         &mut self,
         id: Id,
         kind: ContainerKind,
@@ -132,7 +144,7 @@ impl<W: Write> Writer<'_, W> {
 /// Writes the whole blueprint.
 pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Error> {
     let mut w = Writer { out };
-    map(&mut w, layout)?;
+    views::map(&mut w, layout)?;
     w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
     for (id, name, path) in [
         (Id::ThetaC, "theta_c [rad]: low = wall", "+ /angles/theta_c"),
@@ -142,15 +154,10 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
             "+ /angles/theta_i",
         ),
     ] {
-        plot(&mut w, layout, id, name, path)?;
+        views::plot(&mut w, layout, id, name, path)?;
     }
-    w.view(Id::Labels, "StateTimeline", "Labels", &["+ /labels/**"])?;
-    w.property(
-        Id::Labels,
-        "TimeAxis",
-        &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
-    )?;
-    events(&mut w, layout)?;
+    views::labels(&mut w, layout)?;
+    views::events(&mut w, layout)?;
 
     w.container(Id::Scene, ContainerKind::Tabs, &[Id::Map, Id::About], &[])?;
     w.container(
@@ -173,7 +180,7 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     w.container(
         Id::Right,
         ContainerKind::Vertical,
-        &[Id::Angles, Id::Labels],
+        &[Id::Angles, Id::Lanes],
         &[angles, lanes],
     )?;
     w.container(
@@ -217,92 +224,4 @@ const LOW: f32 = 230.0;
 fn heights(lanes: usize) -> (f32, f32) {
     let lanes = (LANE * lanes as f32 + ABOVE_LANES).clamp(0.25 * HEIGHT, HEIGHT - LOW);
     (lanes, HEIGHT - lanes)
-}
-
-fn map<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
-    w.view(Id::Map, "2D", "Map", &["+ /world/**"])?;
-    let Bounds { min, max } = layout.bounds;
-    // The view's y axis points down; the world is drawn flipped, so its bounds are too.
-    w.property(
-        Id::Map,
-        "VisualBounds2D",
-        &VisualBounds2D::new(VisualBounds(Range2D {
-            x_range: [min.x, max.x].into(),
-            y_range: [-max.y, -min.y].into(),
-        })),
-    )?;
-    let so_far = |timeline: &str| {
-        VisibleTimeRange(datatypes::VisibleTimeRange {
-            timeline: timeline.into(),
-            range: TimeRange {
-                start: TimeRangeBoundary::Infinite,
-                end: TimeRangeBoundary::CursorRelative(TimeInt(0)),
-            },
-        })
-    };
-    w.put(
-        ViewContents::blueprint_base_visualizer_path_for_entity(
-            Id::Map.uuid(),
-            &"/world/trajectory".into(),
-        ),
-        &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
-    )
-}
-
-fn plot<W: Write>(
-    w: &mut Writer<'_, W>,
-    layout: &Layout,
-    id: Id,
-    name: &str,
-    path: &str,
-) -> Result<(), Error> {
-    w.view(id, "TimeSeries", name, &[path, "+ /angles/gamma"])?;
-    w.property(
-        id,
-        "ScalarAxis",
-        &ScalarAxis::new().with_range(Range1D(
-            [-0.06 * layout.beam_width, 1.12 * layout.beam_width].into(),
-        )),
-    )?;
-    w.property(
-        id,
-        "TimeAxis",
-        &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
-    )?;
-    // Sixteen names would cover the plot; each dot says its sonar when pointed at.
-    w.property(
-        id,
-        "PlotLegend",
-        &PlotLegend::new().with_visible(Visible(Bool(false))),
-    )
-}
-
-fn events<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
-    w.view(Id::Events, "TextLog", "Events", &["+ /log"])?;
-    let timeline = |name: &str, visible: bool| {
-        TimelineColumn(TimelineColumnData {
-            visible: Bool(visible),
-            timeline: name.into(),
-        })
-    };
-    let column = |kind, visible| {
-        TextLogColumn(TextLogColumnData {
-            visible: Bool(visible),
-            kind,
-        })
-    };
-    w.property(
-        Id::Events,
-        "TextLogColumns",
-        &TextLogColumns::new()
-            .with_timeline_columns([
-                timeline("frame", true),
-                timeline(layout.stamp.name().as_str(), false),
-            ])
-            .with_text_log_columns([
-                column(TextLogColumnKind::EntityPath, false),
-                column(TextLogColumnKind::LogLevel, true),
-                column(TextLogColumnKind::Body, true),
-            ]),
-    )
 }

@@ -81,6 +81,23 @@ impl LogTable {
         Ok(())
     }
 
+    /// A message that is not about a run.
+    pub fn note<W: Write>(
+        &mut self,
+        at: Moment,
+        level: &'static str,
+        text: String,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        let color = match level {
+            TextLogLevel::WARN => style::REJECTED,
+            _ => style::WALL,
+        };
+        let message = Message { text, level, color };
+        self.rows.push(at, [message], lines, out)
+    }
+
     /// Writes what waits.
     pub fn flush<W: Write>(
         &mut self,

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::io::Write;
 
-use rerun::components::Name;
+use rerun::components::{MarkerShape, Name};
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{
-    EntityPath, Scalars, SerializationResult, SerializedComponentColumn, SeriesLines, SeriesPoints,
-    StateChange, StateConfiguration,
+    Color, EntityPath, Scalars, SerializationResult, SerializedComponentColumn, SeriesLines,
+    SeriesPoints, StateChange, StateConfiguration,
 };
 
 use super::Error;
@@ -50,11 +50,28 @@ impl Instance for State {
     }
 }
 
+/// A dot on a lane, or NaN.
+struct Dot(f64);
+
+impl Instance for Dot {
+    fn columns(
+        dots: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        Ok(Scalars::update_fields()
+            .with_scalars(dots.iter().map(|dot| dot.0))
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
 /// The angles and labels of every frame.
 pub struct PlotTables {
     theta_c: Table<Angle>,
     theta_i: Table<Angle>,
     labels: Vec<Table<State>>,
+    // The same labels as dots: lanes of names melt into grey where a run is long.
+    dots: [(&'static str, Table<Dot>); 3],
 }
 
 impl PlotTables {
@@ -64,6 +81,7 @@ impl PlotTables {
             theta_c: Table::new("/angles/theta_c"),
             theta_i: Table::new("/angles/theta_i"),
             labels: sonars.iter().map(|s| Table::new(lane(s))).collect(),
+            dots: KINDS.map(|(name, _)| (name, Table::new(dots(name)))),
         }
     }
 
@@ -85,6 +103,10 @@ impl PlotTables {
                 labels.push(held.moment, state, lines, out)?;
             }
         }
+        for (name, table) in &mut self.dots {
+            let row = dots_of(held, sonars, name);
+            table.push(held.moment, row, lines, out)?;
+        }
         Ok(())
     }
 
@@ -96,9 +118,12 @@ impl PlotTables {
     ) -> Result<(), Error> {
         self.theta_c.flush(lines, out)?;
         self.theta_i.flush(lines, out)?;
-        self.labels
+        for labels in &mut self.labels {
+            labels.flush(lines, out)?;
+        }
+        self.dots
             .iter_mut()
-            .try_for_each(|labels| labels.flush(lines, out))
+            .try_for_each(|(_, table)| table.flush(lines, out))
     }
 }
 
@@ -112,6 +137,37 @@ fn by_sonar(held: &Held, sonars: usize, pick: fn(&Evidence) -> f64) -> Vec<Angle
         }
     }
     row
+}
+
+/// A dot on the lane of every sonar whose arc has this label: contact lies above the lane's middle
+/// and unidentified below it, so that none hides another where the run is long.
+fn dots_of(held: &Held, sonars: usize, label: &str) -> Vec<Dot> {
+    let above = match label {
+        "contact" => 0.2,
+        "intersection" => 0.0,
+        _ => -0.2,
+    };
+    let mut row: Vec<Dot> = (0..sonars).map(|_| Dot(f64::NAN)).collect();
+    for cell in &held.cells {
+        let at = cell.sonar.index();
+        let same = cell.verdict.is_some_and(|v| v.label.name() == label);
+        if let Some(slot) = row.get_mut(at).filter(|_| same) {
+            *slot = Dot(at as f64 + above);
+        }
+    }
+    row
+}
+
+/// What a label can be, whatever the reason.
+const KINDS: [(&str, Color); 3] = [
+    ("contact", style::CONTACT),
+    ("intersection", style::INTERSECTION),
+    ("unidentified", style::UNIDENTIFIED),
+];
+
+/// The entity that holds one label's dots.
+fn dots(label: &str) -> String {
+    format!("/lanes/{label}")
 }
 
 /// The entity that holds a sonar's labels: its name is one part, whatever slashes it has.
@@ -138,7 +194,16 @@ pub fn put_styles<W: Write>(
         .with_names([format!("gamma {:.1} deg", gamma.to_degrees())])
         .with_colors([style::BOUND])
         .with_widths([1.5]);
-    put_static("/angles/gamma", &look, out)
+    put_static("/angles/gamma", &look, out)?;
+    for (name, color) in KINDS {
+        let look = SeriesPoints::update_fields()
+            .with_names(sonars.iter().map(|sonar| Name::from(sonar.name.as_str())))
+            .with_colors(vec![color; sonars.len()])
+            .with_markers(vec![MarkerShape::Square; sonars.len()])
+            .with_marker_sizes(vec![2.5; sonars.len()]);
+        put_static(dots(name), &look, out)?;
+    }
+    Ok(())
 }
 
 /// gamma as a line over the whole run, and how the lanes look: of the sonars that gave something,
@@ -158,9 +223,9 @@ pub fn put_last<W: Write>(
     table.flush(lines, out)?;
     // Most lanes are grey most of the time: a word there would be noise.
     let look = StateConfiguration::new()
-        .with_values(["contact", "intersection", "unidentified"])
+        .with_values(KINDS.map(|(name, _)| name))
         .with_labels(["contact", "intersection", "?"])
-        .with_colors([style::CONTACT, style::INTERSECTION, style::UNIDENTIFIED]);
+        .with_colors(KINDS.map(|(_, color)| color));
     seen.iter()
         .filter_map(|sonar| sonars.get(sonar.index()))
         .try_for_each(|sonar| put_static(lane(sonar), &look, out))

@@ -23,7 +23,7 @@ pub const WALL: Color = rgb(0xf2, 0xf4, 0xf8);
 /// Points of the map.
 pub const CORNER: Color = rgb(0xff, 0xe0, 0x8a);
 /// Three standard deviations of a map feature.
-pub const COVARIANCE: Color = rgb(0x7a, 0x52, 0xa8);
+pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
 /// A bound that a value is held against.
 pub const BOUND: Color = rgb(0xff, 0x4d, 0x5e);
 
