@@ -24,7 +24,7 @@ pub struct Cli {
 enum Command {
     Replay(Box<replay::Args>),
     Simulate(Box<simulate::Args>),
-    Config(config::Args),
+    Config(Box<config::Args>),
 }
 
 impl Cli {

@@ -90,26 +90,8 @@ pub enum LogError {
         topics: Vec<String>,
     },
     /// A sonar whose place on the robot is unknown.
-    #[error(
-        "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
-         configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
-         yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
-        list("Frames with a transform:", .frames)
-    )]
-    NoMount {
-        /// The sonar's name.
-        sonar: String,
-        /// Its topic.
-        topic: String,
-        /// Its frame.
-        frame: String,
-        /// The robot's frame.
-        robot_frame: String,
-        /// What stands in the way.
-        why: String,
-        /// Every frame of the transform tree.
-        frames: Vec<String>,
-    },
+    #[error(transparent)]
+    NoMount(Box<MissingMount>),
     /// A sonar whose beam width is unknown.
     #[error(
         "sonar `{sonar}` (topic {topic}) gives no beam width: its field_of_view is 0 or NaN. Set \
@@ -142,6 +124,29 @@ pub enum LogError {
     /// The configuration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+}
+
+/// A sonar whose place on the robot is unknown.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
+     configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
+     yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
+    list("Frames with a transform:", .frames)
+)]
+pub struct MissingMount {
+    /// The sonar's name.
+    pub sonar: String,
+    /// Its topic.
+    pub topic: String,
+    /// Its frame.
+    pub frame: String,
+    /// The robot's frame.
+    pub robot_frame: String,
+    /// What stands in the way.
+    pub why: String,
+    /// Every frame of the transform tree.
+    pub frames: Vec<String>,
 }
 
 fn because(asked: &[String]) -> String {

@@ -38,7 +38,7 @@ impl Observer for Progress {
         let passed = frame.stamp_ns.saturating_sub(self.start_ns);
         self.bar
             .set_position(u64::try_from(passed).unwrap_or_default());
-        if frame.index % 64 == 0 {
+        if frame.index.is_multiple_of(64) {
             self.bar.set_message(format!("frame {}", frame.index));
         }
         Ok(())

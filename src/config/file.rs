@@ -12,7 +12,7 @@ use super::keys::{self, Bounds, KEYS, Unit};
 pub enum ConfigError {
     /// Not TOML, or a value of the wrong type.
     #[error("{0}")]
-    Malformed(#[from] toml::de::Error),
+    Malformed(#[from] Box<toml::de::Error>),
     /// A key that does not exist.
     #[error("unknown key `{key}`{}", did_you_mean(.suggestion.as_deref()))]
     UnknownKey {
@@ -71,7 +71,7 @@ fn did_you_mean(suggestion: Option<&str>) -> String {
 /// # Errors
 /// Text that is not TOML, unknown keys and values of the wrong type. Bounds are left to [`check`].
 pub fn parse(text: &str) -> Result<Config, ConfigError> {
-    let mut table: Table = text.parse()?;
+    let mut table: Table = text.parse().map_err(Box::new)?;
     each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
         let key = keys::find(path).ok_or_else(|| ConfigError::UnknownKey {
             key: path.join("."),
@@ -84,7 +84,7 @@ pub fn parse(text: &str) -> Result<Config, ConfigError> {
         }
         Ok(())
     })?;
-    Ok(Config::try_from_table(table)?)
+    Ok(table.try_into().map_err(Box::new)?)
 }
 
 /// Checks that every number lies within its bounds and that what belongs together is there.
@@ -241,12 +241,6 @@ fn each_leaf(
         path.pop();
     }
     Ok(())
-}
-
-impl Config {
-    fn try_from_table(table: Table) -> Result<Self, toml::de::Error> {
-        table.try_into()
-    }
 }
 
 #[cfg(test)]

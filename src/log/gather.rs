@@ -7,7 +7,7 @@ use super::channels::ChannelReport;
 use super::messages::{self, OdometryMessage, RangeMessage, Role};
 use super::transforms::{Mount, NoMount, TransformTree};
 use super::value::{FieldError, Value};
-use super::{Log, LogError, Loss};
+use super::{Log, LogError, Loss, MissingMount};
 use crate::config::{Config, SonarOverride};
 use crate::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
 use crate::geometry::Pose2;
@@ -230,7 +230,7 @@ impl Gatherer {
                 }
                 None => {
                     let mount = self.transforms.mount(robot_frame, frame).map_err(|why| {
-                        LogError::NoMount {
+                        LogError::NoMount(Box::new(MissingMount {
                             sonar: name.clone(),
                             topic: topic.clone(),
                             frame: frame.clone(),
@@ -242,7 +242,7 @@ impl Gatherer {
                                 .into_iter()
                                 .map(Into::into)
                                 .collect(),
-                        }
+                        }))
                     })?;
                     notes_on_mount(name, &mount, notes);
                     mount.robot_from_sensor

@@ -167,7 +167,7 @@ fn iterate(model: &impl Model, arcs: &[Arc]) -> Result<Estimate, Fit> {
         converged = norm_below_one(model, step);
     }
     let cost = weighted_square_sum(model, parameters, arcs);
-    if !converged && !(cost <= cost_at_start) {
+    if !converged && (cost.is_nan() || cost > cost_at_start) {
         return Err(Fit::failed(Rejection::Diverged, iterations));
     }
     let covariance = normal_equations(model, parameters, arcs)
