@@ -53,6 +53,9 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// A recording that cannot be formed or written.
+    #[error(transparent)]
+    Recording(#[from] crate::recording::Error),
     /// Flags that contradict each other.
     #[error("{0}")]
     Usage(String),

@@ -21,6 +21,7 @@ pub mod log;
 pub mod odometry;
 pub mod output;
 pub mod progress;
+pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod rounding;

@@ -9,6 +9,7 @@ use crate::features;
 use crate::log::{self, Log};
 use crate::output::{Output, is_stdout};
 use crate::progress::Progress;
+use crate::recording::Recording;
 use crate::replay::{Observer, Replay};
 use crate::report::{VIEWER_VERSION, summary};
 use crate::trace::Trace;
@@ -73,9 +74,16 @@ impl Args {
             let path = out.path().to_owned();
             Trace::new(out, path, setting)
         });
+        let mut recording = outputs
+            .recording
+            .as_mut()
+            .map(|out| Recording::new(out, setting))
+            .transpose()?;
         let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
+        observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
         observers.extend(trace.as_mut().map(|t| t as &mut dyn Observer));
         let outcome = replay.run(&mut observers)?;
+        drop(recording);
         drop(trace);
         if let Some(out) = &mut outputs.features {
             features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;

@@ -1,0 +1,325 @@
+//! Turns a replay into a Rerun recording with its own layout.
+//!
+//! The one place where Rerun types appear. The same replay gives the same bytes: see [`encode`].
+
+mod about;
+mod arcs;
+mod blueprint;
+mod closed;
+mod covariance;
+mod decided;
+mod encode;
+mod extent;
+mod hold;
+mod log;
+mod map;
+mod plots;
+mod robot;
+mod style;
+mod table;
+#[cfg(test)]
+mod tests;
+mod views;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+
+use rerun::components::TextLogLevel;
+use rerun::external::re_log_encoding::CodecError;
+use rerun::log::ChunkError;
+use rerun::{
+    ApplicationId, RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D,
+};
+
+use self::blueprint::Layout;
+use self::closed::ClosedTables;
+use self::decided::DecidedTables;
+use self::encode::RrdWriter;
+use self::extent::Extent;
+use self::hold::{Held, Hold};
+use self::log::LogTable;
+use self::map::MapTables;
+use self::robot::RobotTables;
+use self::table::{Moment, Timelines, put_static};
+use crate::event::{Sonar, SonarId};
+use crate::frames::Frame;
+use crate::replay::{Observer, Setting};
+use crate::tmam::step::Step;
+
+/// Why a recording could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file could not be written.
+    #[error("cannot write the recording: {0}")]
+    Write(#[from] std::io::Error),
+    /// Rerun would not encode a message.
+    #[error("cannot encode the recording: {0}")]
+    Codec(#[from] CodecError),
+    /// Rerun would not take the rows of an entity.
+    #[error("cannot form a chunk of the recording: {0}")]
+    Chunk(#[from] ChunkError),
+    /// Rerun would not take a component.
+    #[error("cannot form a component of the recording: {0}")]
+    Component(Box<SerializationError>),
+}
+
+impl From<SerializationError> for Error {
+    fn from(error: SerializationError) -> Self {
+        Self::Component(Box::new(error))
+    }
+}
+
+/// A Rerun recording being written.
+pub struct Recording<W: Write> {
+    // Taken at the end; `None` means that the file is closed.
+    out: Option<RrdWriter<W>>,
+    done: Option<W>,
+    lines: Timelines,
+    sonars: Vec<Sonar>,
+    gamma: f64,
+    beam_width: f64,
+    extent: Extent,
+    seen: BTreeSet<SonarId>,
+    span: Option<(Moment, Moment)>,
+    // What the log says at the first frame; taken then.
+    opening: Vec<(&'static str, String)>,
+    labels: BTreeMap<&'static str, u64>,
+    hold: Hold,
+    decided: DecidedTables,
+    closed: ClosedTables,
+    map: MapTables,
+    robot: RobotTables,
+    log: LogTable,
+}
+
+impl<W: Write> Recording<W> {
+    /// Starts a recording; everything that never changes is written now.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
+        let source = setting.source;
+        let [recording, blueprint] = store_ids(&setting);
+        let mut out = RrdWriter::new(out, recording, blueprint, source.start_ns)?;
+        let gamma = setting.config.triple.gamma;
+        put_static(
+            "/__properties",
+            &RecordingInfo::new()
+                .with_name(source.file.as_str())
+                .with_start_time(source.start_ns),
+            &mut out,
+        )?;
+        put_static("/about", &about::page(&setting), &mut out)?;
+        // A 2D view has y down: turn the world over.
+        put_static(
+            "/world",
+            &Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0])),
+            &mut out,
+        )?;
+        put_static("/world", &style::annotations(), &mut out)?;
+        arcs::put_styles(&mut out)?;
+        plots::put_styles(setting.sonars, gamma, &mut out)?;
+        closed::put_styles(&mut out)?;
+        robot::put_styles(setting.sonars, &mut out)?;
+        Ok(Self {
+            out: Some(out),
+            done: None,
+            lines: Timelines::new(source.start_ns),
+            sonars: setting.sonars.to_vec(),
+            gamma,
+            beam_width: gamma,
+            extent: Extent::default(),
+            span: None,
+            opening: opening(&setting),
+            labels: BTreeMap::new(),
+            hold: Hold::default(),
+            seen: BTreeSet::new(),
+            decided: DecidedTables::new(setting.sonars),
+            closed: ClosedTables::new(),
+            map: MapTables::new(),
+            robot: RobotTables::new(),
+            log: LogTable::new(setting.sonars),
+        })
+    }
+
+    /// The writer, flushed, once [`Observer::finish`] has closed the file.
+    pub fn into_inner(self) -> Option<W> {
+        self.done
+    }
+
+    fn watch(&mut self, frame: &Frame, step: &Step) -> Result<(), Error> {
+        let Some(out) = self.out.as_mut() else {
+            return Ok(());
+        };
+        let at = Moment {
+            frame: i64::from(frame.index),
+            stamp_ns: frame.stamp_ns,
+        };
+        if let Some((_, last)) = self.span {
+            self.closed.push(last, self.lines, out)?;
+        }
+        self.span = Some((self.span.map_or(at, |(first, _)| first), at));
+
+        self.seen
+            .extend(frame.entries.iter().map(|entry| entry.sonar));
+        self.extent.visit(&frame.world_from_robot);
+        for arc in &step.arcs {
+            self.extent.echo(arc);
+            self.beam_width = self.beam_width.max(arc.beam_width);
+        }
+        self.robot
+            .push(at, frame.world_from_robot, self.lines, out)?;
+        self.hold.push(Held::new(at, frame, step));
+        self.digest(at, step)
+    }
+
+    /// What a step decided, whether a frame came with it or not.
+    fn digest(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
+        let Some(out) = self.out.as_mut() else {
+            return Ok(());
+        };
+        for (level, text) in std::mem::take(&mut self.opening) {
+            self.log.note(at, level, text, self.lines, out)?;
+        }
+        for verdict in &step.verdicts {
+            self.hold.decide(verdict);
+            *self.labels.entry(verdict.label.name()).or_default() += 1;
+        }
+        while let Some(ready) = self.hold.pop() {
+            self.decided.write(&ready, &self.sonars, self.lines, out)?;
+        }
+        self.closed.note(step);
+        self.log.push(at, &step.extractions, self.lines, out)?;
+        let changed = step
+            .extractions
+            .iter()
+            .filter_map(|extraction| extraction.map_feature);
+        self.map.update(at, changed, self.lines, out)?;
+        Ok(())
+    }
+
+    fn end(&mut self, step: &Step) -> Result<(), Error> {
+        let last = self.span.map_or(
+            Moment {
+                frame: 0,
+                stamp_ns: 0,
+            },
+            |(_, last)| last,
+        );
+        self.digest(last, step)?;
+        let Some(mut out) = self.out.take() else {
+            return Ok(());
+        };
+        let (lines, out_ref) = (self.lines, &mut out);
+        while let Some(ready) = self.hold.drain() {
+            self.decided.write(&ready, &self.sonars, lines, out_ref)?;
+        }
+        if let Some((first, last)) = self.span {
+            self.closed.push(last, lines, out_ref)?;
+            let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
+            let (walls, points) = self.map.counts();
+            let text = format!(
+                "end: {} frames; {} contact, {} intersection, {} unidentified arcs; \
+                 {walls} lines and {points} points in the map",
+                last.frame - first.frame + 1,
+                arcs("contact"),
+                arcs("intersection"),
+                arcs("unidentified"),
+            );
+            self.log
+                .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
+        }
+        self.decided.flush(lines, out_ref)?;
+        self.closed.flush(lines, out_ref)?;
+        self.map.flush(lines, out_ref)?;
+        self.robot.flush(lines, out_ref)?;
+        self.log.flush(lines, out_ref)?;
+        let ends: Vec<Moment> = self.span.iter().flat_map(|(a, b)| [*a, *b]).collect();
+        plots::put_last(&self.sonars, &self.seen, self.gamma, &ends, lines, out_ref)?;
+        let layout = Layout {
+            bounds: self.extent.bounds(),
+            frames: self
+                .span
+                .map_or(0, |(first, last)| last.frame - first.frame + 1),
+            lanes: self.seen.len(),
+            sonars: self.sonars.len(),
+            beam_width: self.beam_width,
+            stamp: lines.stamp,
+        };
+        blueprint::put(&layout, out_ref)?;
+        self.done = Some(out.finish()?);
+        Ok(())
+    }
+}
+
+impl<W: Write> Observer for Recording<W> {
+    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), crate::error::Error> {
+        Ok(self.watch(frame, step)?)
+    }
+
+    fn finish(&mut self, step: &Step) -> Result<(), crate::error::Error> {
+        Ok(self.end(step)?)
+    }
+}
+
+/// What the log says of the source.
+fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
+    let source = setting.source;
+    let start = format!(
+        "start: {}, {} sonars, {} messages",
+        source.file,
+        setting.sonars.len(),
+        source.messages
+    );
+    let mut said = vec![(TextLogLevel::INFO, start)];
+    if !source.complete {
+        let lost = source.lost.first().map_or("", String::as_str);
+        let text = match source.lost.len() {
+            0 | 1 => format!("the log is incomplete or damaged: {lost}"),
+            n => format!("the log is incomplete or damaged in {n} places, first {lost}"),
+        };
+        said.push((TextLogLevel::WARN, text));
+    }
+    said
+}
+
+/// How much of a file's name goes into the name of its recordings' application.
+const MAX_STEM: usize = 100;
+
+/// Names for the recording and its blueprint that follow from log and configuration.
+///
+/// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
+/// so each log is its own application. Two configurations over one log are two recordings of it.
+fn store_ids(setting: &Setting<'_>) -> [StoreId; 2] {
+    let source = setting.source;
+    let content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    // Other characters are not allowed in an application's name.
+    let stem = source
+        .file
+        .rsplit_once('.')
+        .map_or(source.file.as_str(), |(stem, _)| stem);
+    let stem: String = stem
+        .chars()
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || c == '_' {
+                c
+            } else {
+                '-'
+            }
+        })
+        .take(MAX_STEM)
+        .collect();
+    let application = ApplicationId::new_or_unknown(format!("tmam-{stem}"));
+    let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
+    let blueprint = format!("{recording}-blueprint");
+    [
+        StoreId::new(StoreKind::Recording, application.clone(), recording),
+        StoreId::new(StoreKind::Blueprint, application, blueprint),
+    ]
+}
+
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}

@@ -1,0 +1,87 @@
+//! The page that says what the recording is and how to read it.
+
+use std::fmt::Write as _;
+
+use rerun::TextDocument;
+
+use crate::config::file::render;
+use crate::replay::Setting;
+
+/// The about page.
+pub fn page(setting: &Setting<'_>) -> TextDocument {
+    let source = setting.source;
+    let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
+    let mut text = format!(
+        "# {file}\n\n\
+         Every step of the three measurements association model (TMAM) over a sonar log: \
+         which arcs were taken for walls, which for points, and why.\n\n\
+         | | |\n|---|---|\n\
+         | log | `{file}`{state} |\n\
+         | stamps | {start} ns to {end} ns ({seconds:.1} s) |\n\
+         | messages used | {messages} |\n\
+         | sonars | {count} |\n\
+         | made by | tmam {version} |\n\n",
+        file = source.file,
+        state = if source.complete {
+            ""
+        } else {
+            " - **incomplete or damaged: this is what could be read of it**"
+        },
+        start = source.start_ns,
+        end = source.end_ns,
+        messages = source.messages,
+        count = setting.sonars.len(),
+        version = env!("CARGO_PKG_VERSION"),
+    );
+    // Writing to a string cannot fail.
+    for loss in source.lost.iter().take(20) {
+        let _ = writeln!(text, "- lost: {loss}");
+    }
+    text.push_str(HOW_TO_READ);
+    let _ = write!(
+        text,
+        "\n## Configuration\n\n```toml\n{}```\n",
+        render(setting.config)
+    );
+    text.push_str(
+        "\n## Sonars\n\n| | name | topic | x, m | y, m | yaw, deg |\n|---|---|---|---|---|---|\n",
+    );
+    for (i, sonar) in setting.sonars.iter().enumerate() {
+        let mount = sonar.robot_from_sensor;
+        let _ = writeln!(
+            text,
+            "| {i} | {} | `{}` | {:.3} | {:.3} | {:.1} |",
+            sonar.name,
+            sonar.topic,
+            mount.x,
+            mount.y,
+            mount.yaw.to_degrees()
+        );
+    }
+    TextDocument::from_markdown(text)
+}
+
+const HOW_TO_READ: &str = "\
+## How to read it
+
+**Map** - seen from above, x to the right, y up, metres. Drag the time cursor to see the run frame by frame.
+
+| colour | what |
+|---|---|
+| blue | contact: arcs taken for a wall, and where common tangents touch them |
+| orange | intersection: arcs taken for a point, and where neighbours cross them |
+| grey | unidentified arcs; select one to see the reason |
+| white | walls of the map so far |
+| pale yellow | points of the map so far |
+| violet | three standard deviations of map features, at true scale: thin where the map is sure |
+| red | a feature that was extracted and rejected |
+| green | the robot, its heading and its way so far |
+
+A feature flashes bold, with the arcs of its run, in the frame in which its run closed: the frame after the first reading that no longer belongs to it.
+
+**theta_c, theta_i** - a dot per sonar and frame, radians. A small theta_c says wall, a small theta_i says point; both must lie below gamma, the red line. Dots at the full beam width are triples without common points. No dot: the arc is not the middle of a triple.
+
+**Labels** - a lane per sonar. Blue is contact, orange intersection, grey with `?` unidentified. A label holds until the sonar's next reading; a gap is a reading without echo. A dark stretch that says `n states` holds that many labels too short to draw: zoom in, or see the tab **Labels by sonar number**, which has them as dots: contact above, intersection on, unidentified below the line of the sonar's number (the numbers are those of the table of sonars below).
+
+**Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used.
+";

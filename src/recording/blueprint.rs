@@ -1,0 +1,227 @@
+//! How the viewer lays the recording out. It rides in the same file.
+//!
+//! Written by hand rather than with the SDK's builder, which draws random ids and knows no visual
+//! bounds, time ranges or legends.
+
+use std::io::Write;
+
+use rerun::blueprint::components::{
+    ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState,
+    PlayState, QueryExpression, RootContainer, RowShare, ViewClass,
+};
+use rerun::components::Name;
+use rerun::datatypes::{Bool, Float32};
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    ContainerBlueprint, PanelBlueprint, TimePanelBlueprint, ViewBlueprint, ViewContents,
+    ViewportBlueprint,
+};
+use rerun::external::uuid::Uuid;
+use rerun::{AsComponents, EntityPath, Timeline};
+
+use super::Error;
+use super::encode::{RrdWriter, Store};
+use super::extent::Bounds;
+use super::table::unit_columns;
+use super::views;
+
+/// What the layout depends on.
+pub struct Layout {
+    /// The part of the plane to show.
+    pub bounds: Bounds,
+    /// How many frames there are.
+    pub frames: i64,
+    /// How many label lanes there are.
+    pub lanes: usize,
+    /// How many sonars there are, silent ones too.
+    pub sonars: usize,
+    /// Widest beam, radians: the top of the angle plots.
+    pub beam_width: f64,
+    /// The name of the stamp timeline.
+    pub stamp: Timeline,
+}
+
+/// Ids of the containers and views, the same in every recording.
+#[derive(Debug, Clone, Copy)]
+pub enum Id {
+    Root = 1,
+    Left,
+    Right,
+    Angles,
+    Scene,
+    Map,
+    About,
+    ThetaC,
+    ThetaI,
+    Labels,
+    Dots,
+    Lanes,
+    Events,
+}
+
+impl Id {
+    /// The number behind it.
+    pub fn uuid(self) -> Uuid {
+        Uuid::from_u128(0x746d_616d_0000_4000_8000_0000_0000_0000 | self as u128)
+    }
+
+    fn path(self) -> String {
+        match self {
+            Self::Root | Self::Left | Self::Right | Self::Angles | Self::Lanes | Self::Scene => {
+                format!("container/{}", self.uuid())
+            }
+            _ => format!("view/{}", self.uuid()),
+        }
+    }
+}
+
+/// Writes the parts of the blueprint.
+pub struct Writer<'a, W> {
+    out: &'a mut RrdWriter<W>,
+}
+
+impl<W: Write> Writer<'_, W> {
+    /// Any part.
+    pub fn put(
+        &mut self,
+        path: impl Into<EntityPath>,
+        what: &dyn AsComponents,
+    ) -> Result<(), Error> {
+        self.out.chunk(
+            Store::Blueprint,
+            &path.into(),
+            1,
+            vec![(Timeline::new_sequence("blueprint"), vec![0])],
+            unit_columns(what)?,
+        )
+    }
+
+    /// A view of the entities that `query` selects.
+    pub fn view(&mut self, id: Id, class: &str, name: &str, query: &[&str]) -> Result<(), Error> {
+        let path = id.path();
+        self.put(
+            format!("{path}/ViewContents"),
+            &ViewContents::new(query.iter().map(|q| QueryExpression((*q).into()))),
+        )?;
+        self.put(
+            path,
+            &ViewBlueprint::new(ViewClass(class.into()))
+                .with_display_name(Name(name.into()))
+                .with_space_origin("/"),
+        )
+    }
+
+    /// A setting of a view.
+    pub fn property(&mut self, id: Id, name: &str, what: &dyn AsComponents) -> Result<(), Error> {
+        self.put(format!("{}/{name}", id.path()), what)
+    }
+
+    /// A container; the first of its tabs is open.
+    pub fn container(
+        &mut self,
+        id: Id,
+        kind: ContainerKind,
+        contents: &[Id],
+        shares: &[f32],
+    ) -> Result<(), Error> {
+        let container = ContainerBlueprint::new(kind).with_contents(
+            contents
+                .iter()
+                .map(|child| IncludedContent(child.path().into())),
+        );
+        let shares = shares.iter().copied().map(Float32);
+        let container = match kind {
+            ContainerKind::Horizontal => container.with_col_shares(shares.map(ColumnShare)),
+            ContainerKind::Vertical => container.with_row_shares(shares.map(RowShare)),
+            _ => match contents.first() {
+                Some(first) => container.with_active_tab(ActiveTab(first.path().into())),
+                None => container,
+            },
+        };
+        self.put(id.path(), &container)
+    }
+}
+
+/// Writes the whole blueprint.
+pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Error> {
+    let mut w = Writer { out };
+    views::map(&mut w, layout)?;
+    w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
+    for (id, name, path) in [
+        (Id::ThetaC, "theta_c [rad]: low = wall", "+ /angles/theta_c"),
+        (
+            Id::ThetaI,
+            "theta_i [rad]: low = point",
+            "+ /angles/theta_i",
+        ),
+    ] {
+        views::plot(&mut w, layout, id, name, path)?;
+    }
+    views::labels(&mut w, layout)?;
+    views::events(&mut w, layout)?;
+
+    w.container(Id::Scene, ContainerKind::Tabs, &[Id::Map, Id::About], &[])?;
+    w.container(
+        Id::Left,
+        ContainerKind::Vertical,
+        &[Id::Scene, Id::Events],
+        &[3.0, 1.0],
+    )?;
+    let (lanes, angles) = heights(layout.lanes);
+    w.container(
+        Id::Angles,
+        if angles > LOW {
+            ContainerKind::Vertical
+        } else {
+            ContainerKind::Horizontal
+        },
+        &[Id::ThetaC, Id::ThetaI],
+        &[1.0, 1.0],
+    )?;
+    w.container(
+        Id::Right,
+        ContainerKind::Vertical,
+        &[Id::Angles, Id::Lanes],
+        &[angles, lanes],
+    )?;
+    w.container(
+        Id::Root,
+        ContainerKind::Horizontal,
+        &[Id::Left, Id::Right],
+        &[1.3, 1.0],
+    )?;
+    w.put(
+        "viewport",
+        &ViewportBlueprint::new()
+            .with_root_container(RootContainer(Id::Root.uuid().into()))
+            .with_auto_layout(AutoLayout(Bool(false)))
+            .with_auto_views(AutoViews(Bool(false))),
+    )?;
+    for panel in ["blueprint_panel", "selection_panel"] {
+        w.put(
+            panel,
+            &PanelBlueprint::new().with_state(PanelState::Collapsed),
+        )?;
+    }
+    // Following puts the cursor on the last frame, where the whole map is to be seen.
+    w.put(
+        "time_panel",
+        &TimePanelBlueprint::new()
+            .with_state(PanelState::Collapsed)
+            .with_timeline("frame")
+            .with_play_state(PlayState::Following),
+    )
+}
+
+/// Height of the views in a window of ordinary size, in the viewer's points.
+const HEIGHT: f32 = 900.0;
+/// What a lane takes, and what the time axis and the title above the lanes take.
+const LANE: f32 = 40.0;
+const ABOVE_LANES: f32 = 50.0;
+/// Angle plots are not made lower than this: they lie side by side before they become lower.
+const LOW: f32 = 230.0;
+
+/// Heights of the label lanes, all in sight if they can be, and of the angle plots above them.
+fn heights(lanes: usize) -> (f32, f32) {
+    let lanes = (LANE * lanes as f32 + ABOVE_LANES).clamp(0.25 * HEIGHT, HEIGHT - LOW);
+    (lanes, HEIGHT - lanes)
+}

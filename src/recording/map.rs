@@ -1,0 +1,250 @@
+//! The map as it grows: walls, points and how sure they are.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::io::Write;
+
+use rerun::{AsComponents, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
+
+use super::Error;
+use super::arcs::xy;
+use super::covariance::{band, ellipse};
+use super::encode::RrdWriter;
+use super::style::{self, order, ui};
+use super::table::{Instance, Moment, Table, Timelines, put_static};
+use crate::tmam::feature::{Kind, MapFeature, Shape};
+
+struct Wall {
+    ends: [[f32; 2]; 2],
+    label: String,
+}
+
+impl Instance for Wall {
+    fn columns(
+        walls: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        let (ends, labels): (Vec<_>, Vec<_>) = walls
+            .into_iter()
+            .map(|wall| (wall.ends, wall.label))
+            .unzip();
+        Ok(LineStrips2D::update_fields()
+            .with_strips(ends)
+            .with_labels(labels)
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
+struct Corner {
+    position: [f32; 2],
+    label: String,
+}
+
+impl Instance for Corner {
+    fn columns(
+        corners: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        let (positions, labels): (Vec<_>, Vec<_>) = corners
+            .into_iter()
+            .map(|corner| (corner.position, corner.label))
+            .unzip();
+        Ok(Points2D::update_fields()
+            .with_positions(positions)
+            .with_labels(labels)
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
+struct Outline(Vec<[f32; 2]>);
+
+impl Instance for Outline {
+    fn columns(
+        outlines: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        Ok(LineStrips2D::update_fields()
+            .with_strips(outlines.into_iter().map(|outline| outline.0))
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
+/// The map so far and its rows.
+///
+/// A change rewrites the [`PAGE`] features around the changed one, not the whole map: else the
+/// bytes of a long run would grow with the square of its length.
+pub struct MapTables {
+    features: BTreeMap<u32, MapFeature>,
+    lines: Pages<Wall>,
+    points: Pages<Corner>,
+    covariance: Pages<Outline>,
+}
+
+/// Features per page: ids `PAGE * n` and up are at `/world/map/<what>/<n>`.
+const PAGE: u32 = 16;
+
+struct Pages<T> {
+    path: &'static str,
+    tables: BTreeMap<u32, Table<T>>,
+}
+
+impl<T: Instance> Pages<T> {
+    fn new(path: &'static str) -> Self {
+        Self {
+            path,
+            tables: BTreeMap::new(),
+        }
+    }
+
+    fn push<W: Write>(
+        &mut self,
+        page: u32,
+        at: Moment,
+        row: Vec<T>,
+        look: &dyn AsComponents,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        let table = match self.tables.entry(page) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                let path = format!("{}/{page}", self.path);
+                put_static(path.as_str(), look, out)?;
+                entry.insert(Table::new(path.as_str()))
+            }
+        };
+        table.push(at, row, lines, out)
+    }
+
+    fn flush<W: Write>(&mut self, lines: Timelines, out: &mut RrdWriter<W>) -> Result<(), Error> {
+        for table in self.tables.values_mut() {
+            table.flush(lines, out)?;
+        }
+        Ok(())
+    }
+}
+
+impl MapTables {
+    /// An empty map.
+    pub fn new() -> Self {
+        Self {
+            features: BTreeMap::new(),
+            lines: Pages::new("/world/map/lines"),
+            points: Pages::new("/world/map/points"),
+            covariance: Pages::new("/world/map/covariance"),
+        }
+    }
+
+    /// Takes in features that are new or were updated, and logs the map after them.
+    pub fn update<W: Write>(
+        &mut self,
+        at: Moment,
+        changed: impl IntoIterator<Item = MapFeature>,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        let mut touched = BTreeMap::<u32, [bool; 2]>::new();
+        for feature in changed {
+            let [walls, corners] = touched.entry(feature.id / PAGE).or_default();
+            match feature.shape.kind() {
+                Kind::Line => *walls = true,
+                Kind::Point => *corners = true,
+            }
+            self.features.insert(feature.id, feature);
+        }
+        for (page, [walls, corners]) in touched {
+            if walls {
+                let row = self.page(page).filter_map(wall).collect();
+                self.lines.push(page, at, row, &wall_look(), lines, out)?;
+            }
+            if corners {
+                let row = self.page(page).filter_map(corner).collect();
+                self.points
+                    .push(page, at, row, &corner_look(), lines, out)?;
+            }
+            let row = self.page(page).map(outline).collect();
+            self.covariance
+                .push(page, at, row, &outline_look(), lines, out)?;
+        }
+        Ok(())
+    }
+
+    fn page(&self, page: u32) -> impl Iterator<Item = &MapFeature> {
+        let first = page * PAGE;
+        self.features
+            .range(first..=first.saturating_add(PAGE - 1))
+            .map(|(_, feature)| feature)
+    }
+
+    /// How many lines and points the map has.
+    pub fn counts(&self) -> (usize, usize) {
+        let is_line = |feature: &&MapFeature| feature.shape.kind() == Kind::Line;
+        let lines = self.features.values().filter(is_line).count();
+        (lines, self.features.len() - lines)
+    }
+
+    /// Writes what waits.
+    pub fn flush<W: Write>(
+        &mut self,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        self.lines.flush(lines, out)?;
+        self.points.flush(lines, out)?;
+        self.covariance.flush(lines, out)
+    }
+}
+
+fn wall(feature: &MapFeature) -> Option<Wall> {
+    match &feature.shape {
+        Shape::Line(segment) => Some(Wall {
+            ends: segment.ends().map(xy),
+            label: format!("line {} ({} readings)", feature.id, feature.readings),
+        }),
+        Shape::Point(_) => None,
+    }
+}
+
+fn corner(feature: &MapFeature) -> Option<Corner> {
+    match &feature.shape {
+        Shape::Point(point) => Some(Corner {
+            position: xy(point.position),
+            label: format!("point {} ({} readings)", feature.id, feature.readings),
+        }),
+        Shape::Line(_) => None,
+    }
+}
+
+fn outline(feature: &MapFeature) -> Outline {
+    let around = match &feature.shape {
+        Shape::Line(segment) => band(segment),
+        Shape::Point(point) => ellipse(point),
+    };
+    Outline(around.into_iter().map(xy).collect())
+}
+
+fn wall_look() -> LineStrips2D {
+    LineStrips2D::update_fields()
+        .with_radii([ui(2.5)])
+        .with_colors([style::WALL])
+        .with_show_labels(false)
+        .with_draw_order(order::WALL)
+}
+
+fn corner_look() -> Points2D {
+    Points2D::update_fields()
+        .with_radii([ui(4.5)])
+        .with_colors([style::CORNER])
+        .with_show_labels(false)
+        .with_draw_order(order::CORNER)
+}
+
+fn outline_look() -> LineStrips2D {
+    LineStrips2D::update_fields()
+        .with_radii([ui(0.5)])
+        .with_colors([style::COVARIANCE])
+        .with_draw_order(order::COVARIANCE)
+}
