@@ -120,6 +120,7 @@ fn two_odometries_and_no_choice() {
                 topic: "/wheel_odom".into(),
                 log_time: message.log_time,
                 data: message.data.clone(),
+                rank: 0,
             };
             if message.topic == "/odom" {
                 vec![message, copy]
@@ -203,8 +204,8 @@ fn parameters_out_of_bounds() {
         ("--alpha nan", "triple.alpha is NaN"),
         ("--beta 0.9", "triple.beta is 0.9; it must be above 1"),
         (
-            "--gamma 22.5",
-            "must be below the beam width, which is 22.500000 deg for sonar `sonar_00`",
+            "--gamma 22.6",
+            "must be below the beam width, which is 22.500001 deg for sonar `sonar_00`",
         ),
         ("--gamma 0", "triple.gamma is 0"),
         ("--step=-1", "frames.step is -1; it must be at least 0"),

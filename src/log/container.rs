@@ -85,6 +85,11 @@ pub fn walk(
         return Err(io(std::io::ErrorKind::IsADirectory.into()));
     }
     let length = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
+    if length < mcap::MAGIC.len() {
+        return Err(LogError::NotMcap {
+            path: path.to_owned(),
+        });
+    }
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -116,12 +121,6 @@ pub fn walk(
                 }
             }
             Err(mcap::McapError::BadMagic) => {
-                return Err(LogError::NotMcap {
-                    path: path.to_owned(),
-                });
-            }
-            Err(error) if offset == mcap::MAGIC.len() as u64 && length < 16 => {
-                let _ = error;
                 return Err(LogError::NotMcap {
                     path: path.to_owned(),
                 });

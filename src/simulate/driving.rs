@@ -181,12 +181,12 @@ mod tests {
         let shots = shots(&ticks);
         assert_eq!(
             shots.len(),
-            2500,
-            "18 m at 0.2 m/s and five quarter turns of 2 s"
+            2857,
+            "100 s (18 m at 0.2 m/s and five quarter turns of 2 s) of 35 ms"
         );
         assert_eq!(
             shots[..3],
-            [(20_000_000, 0), (60_000_000, 8), (100_000_000, 4)]
+            [(17_500_000, 0), (52_500_000, 8), (87_500_000, 4)]
         );
         for (one, two) in ticks.iter().zip(ticks.iter().skip(1)) {
             let seconds = (two.after_ns - one.after_ns) as f64 * 1e-9;

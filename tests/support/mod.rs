@@ -2,7 +2,6 @@
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::Cursor;
@@ -105,6 +104,8 @@ pub struct Message {
     pub topic: String,
     pub log_time: u64,
     pub data: Vec<u8>,
+    /// Messages of a higher rank come later in the file.
+    pub rank: u8,
 }
 
 impl Message {
@@ -115,37 +116,55 @@ impl Message {
     }
 }
 
-/// Rewrites a log, message by message: each gives any number of messages.
+/// Rewrites a log, message by message: each gives any number of messages, which are then put in the
+/// order of their ranks.
 pub fn rewrite(
     log: &Path,
     options: mcap::WriteOptions,
     change: impl Fn(Message) -> Vec<Message>,
 ) -> Vec<u8> {
     let bytes = fs::read(log).unwrap();
-    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let mut messages = Vec::new();
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
-        let original = Arc::clone(&message.channel);
         let changed = change(Message {
-            topic: original.topic.clone(),
+            topic: message.channel.topic.clone(),
             log_time: message.log_time,
             data: message.data.to_vec(),
+            rank: 0,
         });
-        for one in changed {
-            let channel = mcap::Channel {
-                topic: one.topic,
-                ..(*original).clone()
-            };
+        messages.extend(
+            changed
+                .into_iter()
+                .map(|one| (Arc::clone(&message.channel), one)),
+        );
+    }
+    messages.sort_by_key(|(_, message)| message.rank);
+
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    for (original, message) in messages {
+        let schema = original.schema.as_ref().map_or(0, |schema| {
             writer
-                .write(&mcap::Message {
-                    channel: Arc::new(channel),
-                    sequence: 0,
-                    log_time: one.log_time,
-                    publish_time: one.log_time,
-                    data: Cow::Owned(one.data),
-                })
-                .unwrap();
-        }
+                .add_schema(&schema.name, &schema.encoding, &schema.data)
+                .unwrap()
+        });
+        let channel_id = writer
+            .add_channel(
+                schema,
+                &message.topic,
+                &original.message_encoding,
+                &original.metadata,
+            )
+            .unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: message.log_time,
+            publish_time: message.log_time,
+        };
+        writer
+            .write_to_known_channel(&header, &message.data)
+            .unwrap();
     }
     writer.finish().unwrap();
     writer.into_inner().into_inner()
