@@ -65,7 +65,9 @@ fn truth(bench: &Bench) -> BTreeMap<(i64, String), (String, u64)> {
 }
 
 /// Every label of a triple that one reflector gave is right; how many there were.
-fn labels_are_right(bench: &Bench) -> usize {
+///
+/// Triples with both angles up to `seen_end_on` are passed over.
+fn labels_are_right(bench: &Bench, seen_end_on: f64) -> usize {
     let truth = truth(bench);
     let mut sequences: BTreeMap<String, Vec<Value>> = BTreeMap::new();
     for row in bench.json_lines("t") {
@@ -86,6 +88,9 @@ fn labels_are_right(bench: &Bench) -> usize {
             let label = middle["label"].as_str().unwrap();
             let one_reflector = what(before) == what(middle) && what(middle) == what(after);
             if label == "unidentified" || !one_reflector {
+                continue;
+            }
+            if number(&middle["theta_c"]).max(number(&middle["theta_i"])) <= seen_end_on {
                 continue;
             }
             let right = if what(middle).0 == "line" {
@@ -127,13 +132,15 @@ fn table_one_is_in_the_map(bench: &Bench) {
 #[test]
 fn step_by_step() {
     let bench = replayed("");
-    assert!(labels_are_right(&bench) > 600);
+    assert!(labels_are_right(&bench, 0.0) > 600);
     table_one_is_in_the_map(&bench);
 }
 
 #[test]
 fn driven() {
     let bench = replayed("--drive");
-    assert!(labels_are_right(&bench) > 500);
+    // A sonar that looks straight back at a wall has both angles at zero, and the 32-bit floats of
+    // the range messages (1e-7 m) make some 5e-4 rad of noise of that.
+    assert!(labels_are_right(&bench, 1e-3) > 500);
     table_one_is_in_the_map(&bench);
 }
