@@ -1,6 +1,12 @@
 //! Bad input: a clear message that says what was found and what to do, the right exit code, and no
 //! output file left behind.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test that meets something unexpected should fail on the spot"
+)]
+
 mod support;
 
 use std::fs;

@@ -1,5 +1,11 @@
 //! The main job, from outside: a log in; features, a trace and a recording out.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test that meets something unexpected should fail on the spot"
+)]
+
 mod support;
 
 use serde_json::Value;

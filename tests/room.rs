@@ -1,5 +1,11 @@
 //! The paper's room without noise: every label must be right, and Table I in the map.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test that meets something unexpected should fail on the spot"
+)]
+
 mod support;
 
 use std::collections::BTreeMap;

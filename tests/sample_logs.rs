@@ -1,5 +1,11 @@
 //! The sample logs are what the commands in their README make.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test that meets something unexpected should fail on the spot"
+)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,12 @@
 //! What the end-to-end tests share: running the binary, and logs made from the sample logs.
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "a test that meets something unexpected should fail on the spot"
+)]
 
 use std::collections::BTreeSet;
 use std::fs;
