@@ -119,7 +119,7 @@ fn table_one_is_in_the_map(bench: &Bench) {
     for (x, y) in POINTS {
         let found = points
             .iter()
-            .any(|p| (number(&p["x"]) - x).hypot(number(&p["y"]) - y) < 1e-3);
+            .any(|p| libm::hypot(number(&p["x"]) - x, number(&p["y"]) - y) < 1e-3);
         assert!(found, "point ({x}, {y}) in {points:#?}");
     }
     let lines = map["lines"].as_array().unwrap();
