@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use crate::config::file::ConfigError;
 use crate::log::LogError;
+use crate::output::OutputError;
+use crate::outputs::OutputsError;
+use crate::recording;
 use crate::replay::ReplayError;
 use crate::simulate::SimulateError;
 
@@ -46,19 +49,14 @@ pub enum Error {
         source: std::io::Error,
     },
     /// An output that cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The output.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// A recording that cannot be formed or written.
     #[error(transparent)]
-    Recording(#[from] crate::recording::Error),
-    /// Flags that contradict each other.
-    #[error("{0}")]
-    Usage(String),
+    Output(#[from] OutputError),
+    /// Outputs that cannot be opened together.
+    #[error(transparent)]
+    Outputs(#[from] OutputsError),
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] recording::Error),
 }
 
 impl Error {

@@ -6,7 +6,8 @@ use std::io::Write;
 use serde::Serialize;
 
 use crate::config::Config;
-use crate::replay::{Outcome, Setting, Source};
+use crate::observer::{Setting, Source};
+use crate::replay::Outcome;
 use crate::rounding::{number, rounded, rows};
 use crate::tmam::arc::ArcId;
 use crate::tmam::feature::{Action, Extraction, MapFeature, Point, Segment, Shape};

@@ -6,7 +6,15 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::error::Error;
+/// An output that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {source}", path.display())]
+pub struct OutputError {
+    /// The output.
+    pub path: PathBuf,
+    /// Why.
+    pub source: io::Error,
+}
 
 /// An output being written: a file, or standard output where it is called `-`.
 ///
@@ -34,8 +42,8 @@ impl Output {
     ///
     /// # Errors
     /// When nothing can be written there.
-    pub fn create(path: &Path) -> Result<Self, Error> {
-        let sink = open(path).map_err(|source| Error::Write {
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let sink = open(path).map_err(|source| OutputError {
             path: path.to_owned(),
             source,
         })?;
@@ -51,8 +59,8 @@ impl Output {
     }
 
     /// The error for a write that failed.
-    pub fn failed(&self, source: io::Error) -> Error {
-        Error::Write {
+    pub fn failed(&self, source: io::Error) -> OutputError {
+        OutputError {
             path: self.path.clone(),
             source,
         }
@@ -62,9 +70,9 @@ impl Output {
     ///
     /// # Errors
     /// When that fails; the file is gone then.
-    pub fn commit(self) -> Result<(), Error> {
+    pub fn commit(self) -> Result<(), OutputError> {
         let path = self.path;
-        commit(self.sink).map_err(|source| Error::Write { path, source })
+        commit(self.sink).map_err(|source| OutputError { path, source })
     }
 }
 

@@ -2,9 +2,8 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::error::Error;
 use crate::frames::Frame;
-use crate::replay::{Observer, Setting};
+use crate::observer::{Observer, ObserverError, Setting};
 use crate::tmam::step::Step;
 
 /// How far the replay has come in the log's own time.
@@ -34,7 +33,7 @@ impl Progress {
 }
 
 impl Observer for Progress {
-    fn frame(&mut self, frame: &Frame, _: &Step) -> Result<(), Error> {
+    fn frame(&mut self, frame: &Frame, _: &Step) -> Result<(), ObserverError> {
         let passed = frame.stamp_ns.saturating_sub(self.start_ns);
         self.bar
             .set_position(u64::try_from(passed).unwrap_or_default());
@@ -44,7 +43,7 @@ impl Observer for Progress {
         Ok(())
     }
 
-    fn finish(&mut self, _: &Step) -> Result<(), Error> {
+    fn finish(&mut self, _: &Step) -> Result<(), ObserverError> {
         self.bar.finish_and_clear();
         Ok(())
     }

@@ -43,7 +43,7 @@ use self::robot::RobotTables;
 use self::table::{Moment, Timelines, put_static};
 use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
-use crate::replay::{Observer, Setting};
+use crate::observer::{Observer, ObserverError, Setting};
 use crate::tmam::step::Step;
 
 /// Why a recording could not be written.
@@ -253,12 +253,12 @@ impl<W: Write> Recording<W> {
 }
 
 impl<W: Write> Observer for Recording<W> {
-    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), crate::error::Error> {
-        Ok(self.watch(frame, step)?)
+    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError> {
+        self.watch(frame, step).map_err(ObserverError::new)
     }
 
-    fn finish(&mut self, step: &Step) -> Result<(), crate::error::Error> {
-        Ok(self.end(step)?)
+    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
+        self.end(step).map_err(ObserverError::new)
     }
 }
 

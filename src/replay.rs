@@ -2,63 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
 use crate::config::Config;
 use crate::config::file::{ConfigError, glob_set};
-use crate::error::Error;
-use crate::event::{RangeReading, Sonar};
+use crate::event::RangeReading;
 use crate::frames::{Frame, Framer, Tally};
 use crate::log::Log;
+use crate::observer::{Observer, ObserverError, Setting, Source};
 use crate::odometry::Track;
 use crate::tmam::Tmam;
 use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
 use crate::tmam::triple::Label;
-
-/// Where the events came from: what a reader of an output file must know of its source.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Source {
-    /// File name of the log, without its directory.
-    pub file: String,
-    /// Messages read from the channels in use.
-    pub messages: u64,
-    /// Stamp of the first reading used.
-    pub start_ns: i64,
-    /// Stamp of the last reading used.
-    pub end_ns: i64,
-    /// Whether the log was read to its end without loss.
-    pub complete: bool,
-    /// What could not be read; empty for a complete log.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub lost: Vec<String>,
-}
-
-/// What stands fixed before the first frame.
-#[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
-    /// Every sonar of the log, sorted by name.
-    pub sonars: &'a [Sonar],
-    /// Every parameter in use.
-    pub config: &'a Config,
-    /// The log.
-    pub source: &'a Source,
-}
-
-/// Something that watches a replay and changes nothing in it.
-pub trait Observer {
-    /// One frame and what it brought about.
-    ///
-    /// # Errors
-    /// When what it saw cannot be written.
-    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), Error>;
-
-    /// The end: `step` holds the verdicts and features that waited for a next reading.
-    ///
-    /// # Errors
-    /// When what it saw cannot be written.
-    fn finish(&mut self, step: &Step) -> Result<(), Error>;
-}
 
 /// Why there is nothing to replay in a log that could be read.
 #[derive(Debug, thiserror::Error)]
@@ -105,6 +59,9 @@ pub enum ReplayError {
     /// The configuration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// An observer could not go on.
+    #[error(transparent)]
+    Observer(#[from] ObserverError),
 }
 
 /// A log made ready.
@@ -202,14 +159,14 @@ impl<'a> Replay<'a> {
     ///
     /// # Errors
     /// When an observer cannot write, or no frame could be opened.
-    pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, Error> {
+    pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, ReplayError> {
         let events = &self.log.events;
         let track = Track::new(&events.odometry, &self.config.frames);
         let mut framer = Framer::new(track, &events.sonars, &self.selected, &self.config.frames);
         let mut tmam = Tmam::new(self.config);
         let mut outcome = Outcome::default();
         let mut position = None;
-        let mut advance = |frame: &Frame, outcome: &mut Outcome| -> Result<(), Error> {
+        let mut advance = |frame: &Frame, outcome: &mut Outcome| -> Result<(), ObserverError> {
             let step = tmam.step(frame);
             outcome.take(&step);
             outcome.frames = frame.index + 1;
@@ -232,7 +189,7 @@ impl<'a> Replay<'a> {
         }
         outcome.tally = tally;
         if outcome.frames == 0 {
-            return Err(self.no_frames(&outcome.tally).into());
+            return Err(self.no_frames(&outcome.tally));
         }
         let step = tmam.finish();
         outcome.take(&step);

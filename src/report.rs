@@ -2,19 +2,52 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
+use std::path::PathBuf;
 
-use crate::replay::{Outcome, Setting};
+use crate::log::Log;
+use crate::observer::Setting;
+use crate::replay::Outcome;
 use crate::tmam::feature::{Action, Kind, Shape};
 use crate::tmam::map::duplicates;
 
 /// The viewer that reads the recordings.
 pub const VIEWER_VERSION: &str = "0.36.3";
 
-/// The summary: frames, readings, labels, features and map.
-pub fn summary(setting: &Setting<'_>, outcome: &Outcome) -> String {
+/// What a replay came to, the files it wrote and how to open them.
+pub fn closing(setting: &Setting<'_>, outcome: &Outcome, written: &[PathBuf]) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write(&mut text, setting, outcome);
+    for path in written {
+        let _ = writeln!(text, "wrote      {}", path.display());
+        if path.extension().is_some_and(|extension| extension == "rrd") {
+            let _ = writeln!(
+                text,
+                "open with  rerun {}    (viewer {VIEWER_VERSION}: pip install rerun-sdk=={VIEWER_VERSION})",
+                path.display()
+            );
+        }
+    }
+    text
+}
+
+/// What a person must know of the log: notes, losses, and that there was nothing to judge.
+pub fn problems(log: &Log, outcome: &Outcome) -> String {
+    let mut text = String::new();
+    for note in &log.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    if !log.losses.is_empty() {
+        let _ = writeln!(text, "warning: {} could not be read whole. Lost:", log.file);
+        for loss in &log.losses {
+            let _ = writeln!(text, "  - {loss}");
+        }
+    }
+    if outcome.tally.echoes == 0 {
+        text.push_str(
+            "warning: not one reading is an echo; look at range, min_range and max_range\n",
+        );
+    }
     text
 }
 

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::error::Error;
 use crate::event::Sonar;
 use crate::frames::Frame;
-use crate::replay::{Observer, Setting};
+use crate::observer::{Observer, ObserverError, Setting};
+use crate::output::OutputError;
 use crate::rounding::{number, optional};
 use crate::tmam::arc::{Arc, ArcId};
 use crate::tmam::pair::{PairPoint, Points};
@@ -80,6 +80,13 @@ impl<'a, W: Write> Trace<'a, W> {
         }
     }
 
+    fn failed(&self, source: std::io::Error) -> OutputError {
+        OutputError {
+            path: self.path.clone(),
+            source,
+        }
+    }
+
     fn take(&mut self, step: &Step) {
         for arc in &step.arcs {
             self.waiting.push_back(arc.id);
@@ -104,7 +111,7 @@ impl<'a, W: Write> Trace<'a, W> {
         }
     }
 
-    fn write_settled(&mut self) -> Result<(), Error> {
+    fn write_settled(&mut self) -> Result<(), OutputError> {
         while let Some(id) = self.waiting.front()
             && let Some(pending) = self.pending.get(id)
             && let Some(verdict) = pending.settled()
@@ -113,10 +120,7 @@ impl<'a, W: Write> Trace<'a, W> {
             serde_json::to_writer(&mut self.out, &row)
                 .map_err(std::io::Error::from)
                 .and_then(|()| self.out.write_all(b"\n"))
-                .map_err(|source| Error::Write {
-                    path: self.path.clone(),
-                    source,
-                })?;
+                .map_err(|source| self.failed(source))?;
             let id = *id;
             self.pending.remove(&id);
             self.waiting.pop_front();
@@ -135,18 +139,16 @@ impl Pending {
 }
 
 impl<W: Write> Observer for Trace<'_, W> {
-    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), Error> {
+    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), ObserverError> {
         self.take(step);
-        self.write_settled()
+        self.write_settled().map_err(ObserverError::new)
     }
 
-    fn finish(&mut self, step: &Step) -> Result<(), Error> {
+    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
         self.take(step);
-        self.write_settled()?;
-        self.out.flush().map_err(|source| Error::Write {
-            path: self.path.clone(),
-            source,
-        })
+        self.write_settled()
+            .and_then(|()| self.out.flush().map_err(|source| self.failed(source)))
+            .map_err(ObserverError::new)
     }
 }
 

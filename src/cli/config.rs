@@ -22,10 +22,7 @@ impl Args {
         let text = render(&self.parameters.configuration()?);
         let mut out = Output::create(Path::new("-"))?;
         out.write_all(text.as_bytes())
-            .map_err(|source| Error::Write {
-                path: "standard output".into(),
-                source,
-            })?;
+            .map_err(|source| out.failed(source))?;
         out.commit()?;
         Ok(DONE)
     }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use rerun::TextDocument;
 
 use crate::config::file::render;
-use crate::replay::Setting;
+use crate::observer::Setting;
 
 /// The about page.
 pub fn page(setting: &Setting<'_>) -> TextDocument {

@@ -12,7 +12,7 @@ use crate::config::Config;
 use crate::event::SonarId;
 use crate::frames::{Echo, Entry};
 use crate::geometry::{Pose2, Vec2, angle_between, direction, unit};
-use crate::replay::Source;
+use crate::observer::Source;
 use crate::tmam::Tmam;
 use crate::tmam::triple::{Evidence, Verdict};
 

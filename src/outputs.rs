@@ -1,0 +1,133 @@
+//! The set of files that a replay writes.
+
+use std::path::{Path, PathBuf};
+
+use crate::output::{Output, OutputError, is_stdout};
+
+/// Which outputs are asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Requested {
+    /// The recording's file.
+    pub recording: Option<PathBuf>,
+    /// The features' file.
+    pub features: Option<PathBuf>,
+    /// The trace's file.
+    pub trace: Option<PathBuf>,
+    /// No recording, even where no output is named.
+    pub no_recording: bool,
+}
+
+/// The outputs of a replay, open.
+#[derive(Debug)]
+pub struct Outputs {
+    /// For the recording.
+    pub recording: Option<Output>,
+    /// For the features.
+    pub features: Option<Output>,
+    /// For the trace.
+    pub trace: Option<Output>,
+}
+
+/// What was written.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// Whether one output went to standard output.
+    pub to_stdout: bool,
+}
+
+/// Why the outputs cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputsError {
+    /// Two outputs in one file would destroy each other, and one in the log's place the log.
+    #[error("{} is named twice; give the log and every output a name of its own", path.display())]
+    NamedTwice {
+        /// The file.
+        path: PathBuf,
+    },
+    /// One of them cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl Requested {
+    /// Opens the outputs: those that are named, or else a recording and features named after the
+    /// log, in the current directory.
+    ///
+    /// # Errors
+    /// A file that is named twice or cannot be written.
+    pub fn open(mut self, log: &Path) -> Result<Outputs, OutputsError> {
+        let named = [&self.recording, &self.features, &self.trace];
+        if named.iter().all(|output| output.is_none()) {
+            self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
+            self.features = Some(named_after(log, ".features.json"));
+        }
+        self.refuse_collisions(log)?;
+        let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
+        Ok(Outputs {
+            recording: create(self.recording)?,
+            features: create(self.features)?,
+            trace: create(self.trace)?,
+        })
+    }
+
+    fn refuse_collisions(&self, log: &Path) -> Result<(), OutputsError> {
+        let mut taken = vec![place(log)];
+        for path in [&self.recording, &self.features, &self.trace]
+            .into_iter()
+            .flatten()
+        {
+            let place = place(path);
+            // What is no file can be written to twice.
+            let is_file = !path.exists() || path.is_file();
+            if is_file && taken.contains(&place) {
+                return Err(OutputsError::NamedTwice { path: path.clone() });
+            }
+            taken.push(place);
+        }
+        Ok(())
+    }
+}
+
+/// Where a path leads, also before there is a file.
+fn place(path: &Path) -> PathBuf {
+    let absolute = || std::path::absolute(path).ok();
+    path.canonicalize()
+        .ok()
+        .or_else(|| {
+            let absolute = absolute()?;
+            let directory = absolute.parent()?.canonicalize().ok()?;
+            Some(directory.join(absolute.file_name()?))
+        })
+        .unwrap_or_else(|| path.to_owned())
+}
+
+fn named_after(log: &Path, extension: &str) -> PathBuf {
+    let mut name = log.file_stem().unwrap_or(log.as_os_str()).to_owned();
+    name.push(extension);
+    PathBuf::from(name)
+}
+
+impl Outputs {
+    /// Gives every file its name.
+    ///
+    /// # Errors
+    /// When one of them cannot take its name.
+    pub fn commit(self) -> Result<Written, OutputError> {
+        let mut written = Written::default();
+        for output in [self.recording, self.features, self.trace]
+            .into_iter()
+            .flatten()
+        {
+            let path = output.path().to_owned();
+            output.commit()?;
+            if is_stdout(&path) {
+                written.to_stdout = true;
+            } else {
+                written.files.push(path);
+            }
+        }
+        Ok(written)
+    }
+}
