@@ -4,6 +4,7 @@
 
 pub mod file;
 pub mod keys;
+pub mod render;
 
 use std::collections::BTreeMap;
 

@@ -29,6 +29,12 @@ pub enum Error {
     /// A flag, or a configuration made of flags.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A `--set` flag.
+    #[error("--set takes KEY=VALUE, with text in quotes ('input.robot_frame=\"base\"'): {source}")]
+    Set {
+        /// What is wrong with it.
+        source: ConfigError,
+    },
     /// A simulation.
     #[error(transparent)]
     Simulate(#[from] SimulateError),

@@ -218,6 +218,8 @@ fn parameters_out_of_bounds() {
         ("--start 5 --end 4", "ends at 4 s, before its start at 5 s"),
         ("--start 1e9", "Widen the window"),
         ("--sensor [", "is not a glob"),
+        ("--set triple.gama=4", "did you mean `triple.gamma`?"),
+        ("--set triple.gamma", "KEY=VALUE"),
     ] {
         let code = if flags == "--start 1e9" { 3 } else { 2 };
         refused(&bench, &log, &format!("replay {{}} {flags}"), code, &[said]);

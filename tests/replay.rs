@@ -183,14 +183,19 @@ fn flags_stand_before_the_file_and_the_file_before_the_defaults() {
     let bench = Bench::new();
     bench.put("tmam.toml", "[triple]\nalpha = 0.4\ngamma = 8\n");
     let log = sample("room_step.mcap");
-    let run = bench.tmam(&log, "replay {} --config tmam.toml --gamma 9 --features f");
+    let run = bench.tmam(&log, "replay {} --config tmam.toml --set triple.gamma=7 --set sequence.max_gap=4 --gamma 9 --features f");
     assert_eq!(run.code, 0);
     let used = &bench.json("f")["config"]["triple"];
     assert_eq!(used["alpha"], 0.4);
     assert_eq!(used["beta"], 2.0);
     assert!((used["gamma"].as_f64().unwrap() - 9_f64.to_radians()).abs() < 1e-15);
 
-    let shown = bench.tmam(&log, "config --config tmam.toml --gamma 9");
+    assert_eq!(bench.json("f")["config"]["sequence"]["max_gap"], 4.0);
+
+    let shown = bench.tmam(
+        &log,
+        "config --config tmam.toml --set sequence.max_gap=4 --gamma 9",
+    );
     bench.put("shown.toml", shown.stdout);
     assert_eq!(
         bench

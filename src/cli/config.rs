@@ -1,7 +1,7 @@
 //! `tmam config`
 
 use super::parameters::Parameters;
-use crate::config::file::render;
+use crate::config::render::render;
 use crate::error::{DONE, Error};
 use crate::output::Output;
 use std::io::Write as _;

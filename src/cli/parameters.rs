@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::config::file::{check, parse};
+use crate::config::file::{ConfigError, check, parse_layers};
 use crate::config::{Config, Rule};
 use crate::error::Error;
 
@@ -36,6 +36,9 @@ pub struct Parameters {
     /// Points nearer than this are one point of the map [default: 0.2]
     #[arg(long, value_name = "M")]
     match_distance: Option<f64>,
+    /// Any other key of the configuration, repeatable: triple.turn_tolerance=4
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Leave out readings earlier than this after the first one
     #[arg(long, value_name = "S")]
     start: Option<f64>,
@@ -65,25 +68,34 @@ impl Parameters {
     /// # Errors
     /// A file that cannot be read, and whatever is not allowed in it or in the flags.
     pub fn configuration(&self) -> Result<Config, Error> {
-        let mut config = match &self.config {
-            Some(path) => {
-                let text = std::fs::read_to_string(path).map_err(|source| Error::Read {
-                    path: path.clone(),
-                    source,
-                })?;
-                let in_file = |source| Error::ConfigFile {
-                    path: path.clone(),
-                    source,
-                };
-                let config = parse(&text).map_err(in_file)?;
-                check(&config).map_err(in_file)?;
-                config
-            }
-            None => Config::default(),
-        };
+        let text = self.file_text()?;
+        let mut config = parse_layers(&[&text]).map_err(|source| self.in_file(source))?;
+        check(&config).map_err(|source| self.in_file(source))?;
+        if !self.set.is_empty() {
+            let set = self.set.iter().map(String::as_str);
+            let layers: Vec<&str> = std::iter::once(text.as_str()).chain(set).collect();
+            config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
+        }
         self.apply(&mut config);
         check(&config)?;
         Ok(config)
+    }
+
+    fn file_text(&self) -> Result<String, Error> {
+        let Some(path) = &self.config else {
+            return Ok(String::new());
+        };
+        std::fs::read_to_string(path).map_err(|source| Error::Read {
+            path: path.clone(),
+            source,
+        })
+    }
+
+    fn in_file(&self, source: ConfigError) -> Error {
+        Error::ConfigFile {
+            path: self.config.clone().unwrap_or_default(),
+            source,
+        }
     }
 
     fn apply(&self, config: &mut Config) {

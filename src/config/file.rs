@@ -1,11 +1,9 @@
-//! `tmam.toml`: reading, checking and showing a configuration. Angles are degrees in the file.
-
-use std::fmt::Write as _;
+//! `tmam.toml`: reading and checking a configuration. Angles are degrees in the file.
 
 use toml::{Table, Value};
 
 use super::Config;
-use super::keys::{self, Bounds, KEYS, Unit};
+use super::keys::{self, Bounds, Unit};
 
 /// What is wrong with a configuration.
 #[derive(Debug, thiserror::Error)]
@@ -71,7 +69,18 @@ fn did_you_mean(suggestion: Option<&str>) -> String {
 /// # Errors
 /// Text that is not TOML, unknown keys and values of the wrong type. Bounds are left to [`check`].
 pub fn parse(text: &str) -> Result<Config, ConfigError> {
-    let mut table: Table = text.parse().map_err(Box::new)?;
+    parse_layers(&[text])
+}
+
+/// Reads a configuration from several texts; what a later one names stands before the earlier ones.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_layers(texts: &[&str]) -> Result<Config, ConfigError> {
+    let mut table = Table::new();
+    for text in texts {
+        overlay(&mut table, text.parse().map_err(Box::new)?);
+    }
     each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
         let key = keys::find(path).ok_or_else(|| ConfigError::UnknownKey {
             key: path.join("."),
@@ -85,6 +94,18 @@ pub fn parse(text: &str) -> Result<Config, ConfigError> {
         Ok(())
     })?;
     Ok(table.try_into().map_err(Box::new)?)
+}
+
+/// Puts the values of one table over those of another.
+fn overlay(below: &mut Table, above: Table) {
+    for (name, value) in above {
+        match (below.get_mut(&name), value) {
+            (Some(Value::Table(below)), Value::Table(above)) => overlay(below, above),
+            (_, value) => {
+                below.insert(name, value);
+            }
+        }
+    }
 }
 
 /// Checks that every number lies within its bounds and that what belongs together is there.
@@ -145,62 +166,8 @@ pub fn glob_set(patterns: &[String]) -> Result<globset::GlobSet, ConfigError> {
     set.build().map_err(|e| bad(&patterns.join(" "), &e))
 }
 
-/// The configuration as a commented `tmam.toml`; [`parse`] gives the same configuration back.
-pub fn render(config: &Config) -> String {
-    let table = to_table(config);
-    let mut text =
-        String::from("# Everything that `tmam replay` uses. Metres, seconds, degrees.\n");
-    let mut section = "";
-    for key in KEYS.iter().filter(|key| !key.path.contains('*')) {
-        let (head, leaf) = key.path.rsplit_once('.').unwrap_or(("", key.path));
-        if head != section {
-            section = head;
-            let _ = write!(text, "\n[{head}]\n");
-        }
-        let value = if head.is_empty() {
-            table.get(leaf)
-        } else {
-            table.get(head).and_then(|section| section.get(leaf))
-        };
-        let line = match value {
-            Some(value) => format!("{leaf} = {value}"),
-            None => format!("# {leaf} ="),
-        };
-        let _ = writeln!(text, "{line:<32} # {}", key.doc);
-    }
-    text.push_str(&render_sonars(&table));
-    text
-}
-
-fn render_sonars(table: &Table) -> String {
-    let mut text = String::new();
-    let sonars = table.get("sonar").and_then(Value::as_table);
-    for (name, known) in sonars.into_iter().flatten() {
-        let _ = write!(text, "\n[sonar.{}]\n", Value::String(name.clone()));
-        for key in KEYS
-            .iter()
-            .filter_map(|key| Some((key.path.strip_prefix("sonar.*.")?, key.doc)))
-        {
-            if let Some(value) = known.get(key.0) {
-                let line = format!("{} = {value}", key.0);
-                let _ = writeln!(text, "{line:<32} # {}", key.1);
-            }
-        }
-    }
-    if text.is_empty() {
-        text.push_str("\n# What is known of single sonars, by name:\n# [sonar.\"front_left\"]\n");
-        for key in KEYS {
-            if let Some(leaf) = key.path.strip_prefix("sonar.*.") {
-                let line = format!("# {leaf} =");
-                let _ = writeln!(text, "{line:<32} # {}", key.doc);
-            }
-        }
-    }
-    text
-}
-
 /// The configuration as it stands in the file: degrees, rounded where the conversion left dust.
-fn to_table(config: &Config) -> Table {
+pub(super) fn to_table(config: &Config) -> Table {
     let mut table = Table::try_from(config).unwrap_or_default();
     let walked = each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
         if keys::find(path).is_some_and(|key| key.unit == Unit::Degrees)
@@ -245,6 +212,8 @@ fn each_leaf(
 
 #[cfg(test)]
 mod tests {
+    use super::super::keys::KEYS;
+    use super::super::render::render;
     use super::*;
 
     fn message(text: &str) -> String {
@@ -309,6 +278,18 @@ mod tests {
         assert!(message("[triple]\nalpha = 'x'").contains("invalid type"));
         assert!(message("[input]\nsonars = ['[']").contains("is not a glob"));
         assert!(message("[input]\nstart = 5\nend = 3").contains("before its start"));
+    }
+
+    #[test]
+    fn later_layers_stand_before_earlier_ones() {
+        let layers = [
+            "[triple]\nalpha = 0.4\nbeta = 3",
+            "triple.alpha = 0.3",
+            "map.match_distance = 1",
+        ];
+        let config = parse_layers(&layers).unwrap();
+        assert_eq!((config.triple.alpha, config.triple.beta), (0.3, 3.0));
+        assert_eq!(config.map.match_distance, 1.0);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use rerun::TextDocument;
 
-use crate::config::file::render;
+use crate::config::render::render;
 use crate::observer::Setting;
 
 /// The about page.
