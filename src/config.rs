@@ -34,6 +34,8 @@ pub struct Config {
     pub triple: Triple,
     /// How precise a reading is taken to be.
     pub noise: Noise,
+    /// When the readings of a triple contradict its label.
+    pub opinion: Opinion,
     /// How features are fused into the map.
     pub map: Map,
     /// What holds for every sonar whose messages or transforms do not say it.
@@ -116,6 +118,15 @@ pub struct Noise {
     pub sigma_rel: f64,
 }
 
+/// When the readings of a triple contradict its label.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Opinion {
+    /// A line or a point explains three readings when its chi2, with one degree of freedom, is
+    /// below this.
+    pub gate: f64,
+}
+
 /// How features are fused into the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -167,6 +178,7 @@ impl Default for Config {
             sequence: Sequence::default(),
             triple: Triple::default(),
             noise: Noise::default(),
+            opinion: Opinion::default(),
             map: Map::default(),
             sonars: SonarDefaults::default(),
             sonar: BTreeMap::new(),
@@ -212,6 +224,13 @@ impl Default for Noise {
             sigma_abs: 0.01,
             sigma_rel: 0.0,
         }
+    }
+}
+
+impl Default for Opinion {
+    fn default() -> Self {
+        // One in a hundred triples of one target lies beyond.
+        Self { gate: 6.63 }
     }
 }
 

@@ -87,6 +87,8 @@ pub struct Outcome {
     pub labels: BTreeMap<&'static str, u64>,
     /// Unidentified arcs by reason.
     pub reasons: BTreeMap<&'static str, u64>,
+    /// Labelled arcs that their own readings contradict.
+    pub suspects: u64,
     /// Readings that stand behind a registered or merged feature, each counted once.
     pub associated_readings: u64,
     /// Every closed run, in the order of extraction.
@@ -239,6 +241,7 @@ impl Outcome {
     fn take(&mut self, step: &Step) {
         for verdict in &step.verdicts {
             *self.labels.entry(verdict.label.name()).or_default() += 1;
+            self.suspects += u64::from(verdict.is_suspect());
             if let Label::Unidentified(reason) = verdict.label {
                 *self.reasons.entry(reason.name()).or_default() += 1;
             }

@@ -98,6 +98,13 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
             &format!("unidentified: {}", counted(&outcome.reasons)),
         )?;
     }
+    if outcome.suspects > 0 {
+        row(
+            "suspects",
+            outcome.suspects,
+            "labels that their own readings contradict, within the noise",
+        )?;
+    }
     write_features(text, setting, outcome)
 }
 

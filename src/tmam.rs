@@ -7,6 +7,7 @@ pub mod arc;
 pub mod feature;
 pub mod fit;
 pub mod map;
+pub mod opinion;
 pub mod pair;
 pub mod run;
 pub mod sequence;
@@ -23,16 +24,14 @@ use run::Run;
 use sequence::{Decision, Sequence};
 use step::Step;
 
-use crate::config::{self, Config};
+use crate::config::Config;
 use crate::event::SonarId;
 use crate::frames::{Entry, Frame};
 
 /// The machine: what it remembers of each sonar, and the map so far.
 #[derive(Debug, Clone)]
 pub struct Tmam {
-    sequence_bounds: config::Sequence,
-    triple_bounds: config::Triple,
-    noise: config::Noise,
+    config: Config,
     sequences: BTreeMap<SonarId, Sequence>,
     map: Map,
     extracted: u32,
@@ -42,9 +41,7 @@ impl Tmam {
     /// A machine that has seen nothing yet.
     pub fn new(config: &Config) -> Self {
         Self {
-            sequence_bounds: config.sequence.clone(),
-            triple_bounds: config.triple.clone(),
-            noise: config.noise.clone(),
+            config: config.clone(),
             sequences: BTreeMap::new(),
             map: Map::new(config.map.match_distance),
             extracted: 0,
@@ -63,7 +60,7 @@ impl Tmam {
             let arc = self.arc(frame.index, entry);
             step.arcs.extend(arc);
             let sequence = self.sequences.entry(entry.sonar).or_default();
-            let decision = sequence.push(arc, &self.sequence_bounds, &self.triple_bounds);
+            let decision = sequence.push(arc, &self.config);
             self.take(decision, &mut step);
         }
         step
@@ -73,7 +70,7 @@ impl Tmam {
     pub fn finish(&mut self) -> Step {
         let mut step = Step::default();
         for (_, mut sequence) in std::mem::take(&mut self.sequences) {
-            let decision = sequence.finish(&self.sequence_bounds, &self.triple_bounds);
+            let decision = sequence.finish(&self.config);
             self.take(decision, &mut step);
         }
         step
@@ -90,7 +87,7 @@ impl Tmam {
             world_from_sensor: entry.world_from_sensor,
             range: echo.range,
             beam_width: entry.beam_width,
-            variance: self.noise.variance(echo.range, echo.variance),
+            variance: self.config.noise.variance(echo.range, echo.variance),
         })
     }
 

@@ -14,7 +14,7 @@ use crate::rounding::{number, optional};
 use crate::tmam::arc::{Arc, ArcId};
 use crate::tmam::pair::{PairPoint, Points};
 use crate::tmam::step::Step;
-use crate::tmam::triple::{Evidence, Label, Verdict};
+use crate::tmam::triple::{Label, Verdict};
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
@@ -40,9 +40,10 @@ struct Row<'a> {
     intersection_points: Option<[usize; 2]>,
     #[serde(serialize_with = "optional")]
     margin: Option<f64>,
-    /// The second opinion is not formed by the paper's rule.
     opinion: Option<&'static str>,
+    #[serde(serialize_with = "optional")]
     chi2_line: Option<f64>,
+    #[serde(serialize_with = "optional")]
     chi2_point: Option<f64>,
     feature: Option<u32>,
 }
@@ -157,7 +158,7 @@ fn row<'a>(pending: &Pending, verdict: &Verdict, sonars: &'a [Sonar]) -> Row<'a>
     let evidence = verdict.evidence.as_ref();
     let points = |of: fn(&Points) -> &[Option<PairPoint>; 2]| {
         let count = |points: &Points| of(points).iter().flatten().count();
-        evidence.map(|Evidence { before, after, .. }| [count(before), count(after)])
+        evidence.map(|e| [count(&e.angles.before), count(&e.angles.after)])
     };
     Row {
         frame: arc.id.frame,
@@ -171,14 +172,14 @@ fn row<'a>(pending: &Pending, verdict: &Verdict, sonars: &'a [Sonar]) -> Row<'a>
         range: arc.range,
         label: verdict.label.name(),
         reason: verdict.label.reason().map(|reason| reason.name()),
-        theta_c: evidence.map(|e| e.theta_c),
-        theta_i: evidence.map(|e| e.theta_i),
+        theta_c: evidence.map(|e| e.angles.theta_c),
+        theta_i: evidence.map(|e| e.angles.theta_i),
         contact_points: points(|p| &p.contact),
         intersection_points: points(|p| &p.intersection),
-        margin: evidence.map(|e| e.margin),
-        opinion: None,
-        chi2_line: None,
-        chi2_point: None,
+        margin: evidence.map(|e| e.angles.margin),
+        opinion: evidence.map(|e| e.opinion.support.name()),
+        chi2_line: evidence.map(|e| e.opinion.chi2_line),
+        chi2_point: evidence.map(|e| e.opinion.chi2_point),
         feature: pending.feature,
     }
 }

@@ -165,6 +165,12 @@ pub const KEYS: &[Key] = &[
         "fraction of the range, added in squares",
     ),
     key(
+        "opinion.gate",
+        Plain,
+        Above(0.0),
+        "chi2 below which a line or a point explains a triple",
+    ),
+    key(
         "map.match_distance",
         Plain,
         Above(0.0),

@@ -158,12 +158,18 @@ pub fn sweep(arc: &Arc) -> Vec<[f32; 2]> {
 
 /// Where the common tangents with its neighbours touch the middle arc.
 fn contact_points(evidence: &Evidence) -> Vec<Vec2> {
-    on_middle(&evidence.before.contact, &evidence.after.contact)
+    on_middle(
+        &evidence.angles.before.contact,
+        &evidence.angles.after.contact,
+    )
 }
 
 /// Where its neighbours cross the middle arc.
 fn intersection_points(evidence: &Evidence) -> Vec<Vec2> {
-    on_middle(&evidence.before.intersection, &evidence.after.intersection)
+    on_middle(
+        &evidence.angles.before.intersection,
+        &evidence.angles.after.intersection,
+    )
 }
 
 fn on_middle(before: &[Option<PairPoint>], after: &[Option<PairPoint>]) -> Vec<Vec2> {

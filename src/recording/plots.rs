@@ -93,8 +93,8 @@ impl PlotTables {
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         let sonars = self.labels.len();
-        let theta_c = by_sonar(held, sonars, |evidence| evidence.theta_c);
-        let theta_i = by_sonar(held, sonars, |evidence| evidence.theta_i);
+        let theta_c = by_sonar(held, sonars, |evidence| evidence.angles.theta_c);
+        let theta_i = by_sonar(held, sonars, |evidence| evidence.angles.theta_i);
         self.theta_c.push(held.moment, theta_c, lines, out)?;
         self.theta_i.push(held.moment, theta_i, lines, out)?;
         for cell in &held.cells {

@@ -181,8 +181,11 @@ fn labels(chunks: &[Chunk]) -> BTreeMap<i64, Option<String>> {
 fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all: &[Verdict]) {
     let chunks = chunks(bytes, StoreKind::Recording);
     for (path, pick) in [
-        ("/angles/theta_c", (|e| e.theta_c) as fn(&Evidence) -> f64),
-        ("/angles/theta_i", |e| e.theta_i),
+        (
+            "/angles/theta_c",
+            (|e| e.angles.theta_c) as fn(&Evidence) -> f64,
+        ),
+        ("/angles/theta_i", |e| e.angles.theta_i),
     ] {
         let expected: BTreeMap<(i64, usize), f64> = all
             .iter()

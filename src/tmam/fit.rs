@@ -196,7 +196,7 @@ fn residual_rms(model: &impl Model, parameters: Vector2<f64>, arcs: &[Arc]) -> f
 }
 
 #[cfg(test)]
-mod testing {
+pub(crate) mod testing {
     use crate::event::SonarId;
     use crate::geometry::{Pose2, Vec2};
     use crate::tmam::arc::{Arc, ArcId};

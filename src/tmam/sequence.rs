@@ -1,10 +1,11 @@
 //! One sonar's sequence of readings: which three make a triple.
 
 use super::arc::Arc;
+use super::opinion::Opinion;
 use super::pair::Points;
 use super::run::{Run, Runs};
 use super::triple::{Evidence, Label, Reason, Verdict, judge, turns};
-use crate::config::{Sequence as Bounds, Triple};
+use crate::config::{Config, Sequence as Bounds};
 
 /// What the sonar gave a frame.
 #[derive(Debug, Clone, Copy)]
@@ -32,46 +33,41 @@ pub struct Decision {
 
 impl Sequence {
     /// Takes the sonar's next entry, `None` for no echo; decides the entry before it.
-    pub fn push(
-        &mut self,
-        next: Option<Arc>,
-        bounds: &Bounds,
-        triple: &Triple,
-    ) -> Option<Decision> {
+    pub fn push(&mut self, next: Option<Arc>, config: &Config) -> Option<Decision> {
         let next = next.map_or(Slot::NoEcho, Slot::Arc);
-        let decision = self.decide(Some(next), bounds, triple);
+        let decision = self.decide(Some(next), config);
         self.before = self.middle.replace(next);
         decision
     }
 
     /// The log has ended: decides the last entry.
-    pub fn finish(&mut self, bounds: &Bounds, triple: &Triple) -> Option<Decision> {
-        let decision = self.decide(None, bounds, triple);
+    pub fn finish(&mut self, config: &Config) -> Option<Decision> {
+        let decision = self.decide(None, config);
         (self.before, self.middle) = (None, None);
         decision
     }
 
     /// Decides the middle entry, if it is an arc, now that the one after it is known.
-    fn decide(
-        &mut self,
-        after: Option<Slot>,
-        bounds: &Bounds,
-        triple: &Triple,
-    ) -> Option<Decision> {
+    fn decide(&mut self, after: Option<Slot>, config: &Config) -> Option<Decision> {
         let Some(Slot::Arc(middle)) = self.middle else {
             return None;
         };
         let (Some(Slot::Arc(before)), Some(Slot::Arc(after))) = (self.before, after) else {
             return Some(self.no_triple(&middle, Reason::Missing));
         };
+        let bounds = &config.sequence;
         if gap(&before, &middle, bounds) || gap(&middle, &after, bounds) {
             return Some(self.no_triple(&middle, Reason::Gap));
         }
-        if turns(&before, &middle, &after, triple) {
+        if turns(&before, &middle, &after, &config.triple) {
             return Some(self.no_triple(&middle, Reason::Turning));
         }
         let pairs = (Points::of(&before, &middle), Points::of(&middle, &after));
-        let (label, evidence) = judge(pairs.0, pairs.1, middle.beam_width, triple);
+        let (label, angles) = judge(pairs.0, pairs.1, middle.beam_width, &config.triple);
+        let evidence = Evidence {
+            angles,
+            opinion: Opinion::of([&before, &middle, &after], config.opinion.gate),
+        };
         let closed = self.runs.label(label, [&before, &middle, &after]);
         Some(decision(&middle, label, Some(evidence), closed))
     }
@@ -123,13 +119,13 @@ mod tests {
     }
 
     fn decide(entries: impl IntoIterator<Item = Option<Arc>>) -> (Vec<(u32, Label)>, Vec<Run>) {
-        let (bounds, triple) = (Bounds::default(), Triple::default());
+        let config = Config::default();
         let mut sequence = Sequence::default();
         let mut decisions: Vec<Decision> = entries
             .into_iter()
-            .filter_map(|entry| sequence.push(entry, &bounds, &triple))
+            .filter_map(|entry| sequence.push(entry, &config))
             .collect();
-        decisions.extend(sequence.finish(&bounds, &triple));
+        decisions.extend(sequence.finish(&config));
         let labels = decisions
             .iter()
             .map(|d| (d.verdict.arc.frame, d.verdict.label))

@@ -1,6 +1,7 @@
 //! The decision on the middle arc of a triple.
 
 use super::arc::{Arc, ArcId};
+use super::opinion::Opinion;
 use super::pair::{MIN_BASELINE, PairPoint, Points};
 use crate::config::Triple;
 use crate::geometry::{angle_between, direction};
@@ -35,7 +36,7 @@ pub enum Reason {
 
 /// The geometry of a triple, from which its label follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
+pub struct Angles {
     /// Contact and intersection points of arcs k-1 and k.
     pub before: Points,
     /// Contact and intersection points of arcs k and k+1.
@@ -48,6 +49,23 @@ pub struct Evidence {
     /// Radians that the angles lack, or have to spare, to the nearest bound that would change the
     /// label.
     pub margin: f64,
+}
+
+/// What speaks for a label and against it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// The angles, which decide under the paper's rule.
+    pub angles: Angles,
+    /// What the readings themselves support, within their noise.
+    pub opinion: Opinion,
+}
+
+impl Verdict {
+    /// Whether the readings contradict the label: how a wrong label is found without the truth.
+    pub fn is_suspect(&self) -> bool {
+        self.evidence
+            .is_some_and(|evidence| evidence.opinion.contradicts(self.label))
+    }
 }
 
 /// The decision on one arc.
@@ -81,7 +99,7 @@ pub fn turns(before: &Arc, middle: &Arc, after: &Arc, bounds: &Triple) -> bool {
 }
 
 /// Labels the middle arc from its points with the arc before and the arc after it.
-pub fn judge(before: Points, after: Points, beam_width: f64, bounds: &Triple) -> (Label, Evidence) {
+pub fn judge(before: Points, after: Points, beam_width: f64, bounds: &Triple) -> (Label, Angles) {
     let contact = smallest_angle(&before.contact, &after.contact);
     let intersection = smallest_angle(&before.intersection, &after.intersection);
     let theta_c = contact.unwrap_or(beam_width);
@@ -107,14 +125,14 @@ pub fn judge(before: Points, after: Points, beam_width: f64, bounds: &Triple) ->
             -by_contact.max(by_intersection),
         )
     };
-    let evidence = Evidence {
+    let angles = Angles {
         before,
         after,
         theta_c,
         theta_i,
         margin,
     };
-    (label, evidence)
+    (label, angles)
 }
 
 /// The smallest angle, on the middle arc, between points of the two pairs on a common side.
@@ -200,7 +218,7 @@ mod tests {
         })
     }
 
-    fn evidence(arcs: &[Arc; 3]) -> (Label, Evidence) {
+    fn evidence(arcs: &[Arc; 3]) -> (Label, Angles) {
         let [a, b, c] = arcs;
         judge(Points::of(a, b), Points::of(b, c), BEAM, &Triple::default())
     }
