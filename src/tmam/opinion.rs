@@ -5,16 +5,18 @@
 //! Here a line and a point are fitted to the three readings, inside the beams, and the weighted
 //! squares of what remains (one degree of freedom each) say what the readings themselves support.
 
-use super::arc::Arc;
+use nalgebra::Matrix2;
+
+use super::arc::{Arc, BEAM_SLACK};
 use super::triple::Label;
-use crate::geometry::{Vec2, direction, unit};
+use crate::geometry::{Vec2, unit};
 
 /// Bearings at which a minimum is looked for before it is refined. Both local minima, left and
 /// right of the base line, are seen this way where the beams hold both.
-const SAMPLES: u32 = 48;
+const SAMPLES: u32 = 24;
 
-/// Halvings of the bracket around the best sample: beyond the precision of a bearing that matters.
-const REFINEMENTS: u32 = 40;
+/// Golden sections of the bracket around the best sample: to a millionth of the beam.
+const REFINEMENTS: u32 = 24;
 
 /// What the readings of a triple support.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,51 +84,57 @@ impl Support {
 
 /// The least chi2 of a line whose normal lies in all three beams.
 fn chi2_line(arcs: [&Arc; 3]) -> f64 {
-    let [_, middle, _] = arcs;
-    let chi2 = |offset: f64| {
-        let bearing = middle.world_from_sensor.yaw + offset;
-        if !arcs.iter().all(|arc| arc.beam_holds(bearing)) {
+    // For a given normal n the best offset of the line is the weighted mean of r_i + s_i . n, and
+    // what remains is a quadratic form in n.
+    let weights = arcs.map(|arc| 1.0 / arc.variance);
+    let total: f64 = weights.iter().sum();
+    let weighted = || arcs.iter().zip(weights);
+    let mean_range = weighted().map(|(arc, w)| arc.range * w).sum::<f64>() / total;
+    let mean_center =
+        weighted().fold(Vec2::zeros(), |sum, (arc, w)| sum + arc.center() * w) / total;
+    let (mut constant, mut linear, mut quadratic) = (0.0, Vec2::zeros(), Matrix2::zeros());
+    for (arc, w) in weighted() {
+        let (r, s) = (arc.range - mean_range, arc.center() - mean_center);
+        constant += w * r * r;
+        linear += s * (w * r);
+        quadratic += s * s.transpose() * w;
+    }
+    let beams = Beams::of(arcs);
+    least(beams.middle_half, |offset| {
+        let normal = beams.direction(offset);
+        if !beams.hold([normal; 3]) {
             return f64::INFINITY;
         }
-        // For a given normal the best offset of the line is the weighted mean.
-        let normal = unit(bearing);
-        let offsets = arcs.map(|arc| (arc.range + arc.center().dot(&normal), 1.0 / arc.variance));
-        let weight: f64 = offsets.iter().map(|(_, w)| w).sum();
-        let mean = offsets.iter().map(|(rho, w)| rho * w).sum::<f64>() / weight;
-        offsets
-            .iter()
-            .map(|(rho, w)| (rho - mean) * (rho - mean) * w)
-            .sum()
-    };
-    least(chi2, middle.beam_width / 2.0)
+        (constant + 2.0 * linear.dot(&normal) + normal.dot(&(quadratic * normal))).max(0.0)
+    })
 }
 
 /// The least chi2 of a point that lies in all three beams.
 fn chi2_point(arcs: [&Arc; 3]) -> f64 {
     let [_, middle, _] = arcs;
-    let chi2 = |offset: f64| {
-        let bearing = middle.world_from_sensor.yaw + offset;
-        let point = best_point(arcs, middle.center(), unit(bearing), middle.range);
-        let inside = arcs
-            .iter()
-            .all(|arc| arc.beam_holds(direction(point - arc.center())));
-        if !inside {
+    let beams = Beams::of(arcs);
+    least(beams.middle_half, |offset| {
+        let along = beams.direction(offset);
+        let point = best_point(arcs, middle.center(), along, middle.range);
+        let towards = arcs.map(|arc| point - arc.center());
+        if !beams.hold(towards) {
             return f64::INFINITY;
         }
-        arcs.iter()
-            .map(|arc| {
-                let residual = (point - arc.center()).norm() - arc.range;
+        towards
+            .iter()
+            .zip(arcs)
+            .map(|(towards, arc)| {
+                let residual = towards.norm() - arc.range;
                 residual * residual / arc.variance
             })
             .sum()
-    };
-    least(chi2, middle.beam_width / 2.0)
+    })
 }
 
-/// The point on a ray that fits the three ranges best: a few Gauss-Newton steps along the ray.
+/// The point on a ray that fits the three ranges best: Gauss-Newton steps along the ray.
 fn best_point(arcs: [&Arc; 3], origin: Vec2, along: Vec2, start: f64) -> Vec2 {
     let mut way = start;
-    for _ in 0..4 {
+    for _ in 0..3 {
         let point = origin + along * way;
         let (mut information, mut gradient) = (0.0, 0.0);
         for arc in arcs {
@@ -148,9 +156,45 @@ fn best_point(arcs: [&Arc; 3], origin: Vec2, along: Vec2, start: f64) -> Vec2 {
     origin + along * way
 }
 
+/// The beams of a triple, made ready for many questions.
+struct Beams {
+    middle_yaw: f64,
+    middle_half: f64,
+    /// Of each beam: its axis, and the cosine of half its width.
+    edges: [(Vec2, f64); 3],
+}
+
+impl Beams {
+    fn of(arcs: [&Arc; 3]) -> Self {
+        let [_, middle, _] = arcs;
+        Self {
+            middle_yaw: middle.world_from_sensor.yaw,
+            middle_half: middle.beam_width / 2.0,
+            edges: arcs.map(|arc| {
+                let half = arc.beam_width / 2.0 + BEAM_SLACK;
+                (unit(arc.world_from_sensor.yaw), libm::cos(half))
+            }),
+        }
+    }
+
+    /// The direction at an angle from the axis of the middle beam.
+    fn direction(&self, offset: f64) -> Vec2 {
+        unit(self.middle_yaw + offset)
+    }
+
+    /// Whether each beam holds the direction that is asked of it.
+    fn hold(&self, towards: [Vec2; 3]) -> bool {
+        self.edges
+            .iter()
+            .zip(towards)
+            .all(|((axis, cosine), towards)| axis.dot(&towards) >= cosine * towards.norm())
+    }
+}
+
 /// The least value of a function on [-half, half]: the best of evenly spaced samples, refined by
-/// thirds between its neighbours.
-fn least(function: impl Fn(f64) -> f64, half: f64) -> f64 {
+/// golden sections between its neighbours.
+fn least(half: f64, function: impl Fn(f64) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let step = 2.0 * half / f64::from(SAMPLES);
     let at = |k: u32| -half + step * f64::from(k);
     let best = (0..=SAMPLES)
@@ -160,16 +204,21 @@ fn least(function: impl Fn(f64) -> f64, half: f64) -> f64 {
         return f64::INFINITY;
     };
     let (mut low, mut high) = ((at(k) - step).max(-half), (at(k) + step).min(half));
-    let mut least = value;
+    let mut left = high - GOLDEN * (high - low);
+    let mut right = low + GOLDEN * (high - low);
+    let (mut at_left, mut at_right) = (function(left), function(right));
+    let mut least = value.min(at_left).min(at_right);
     for _ in 0..REFINEMENTS {
-        let third = (high - low) / 3.0;
-        let (left, right) = (function(low + third), function(high - third));
-        least = least.min(left).min(right);
-        if left <= right {
-            high -= third;
+        if at_left <= at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - GOLDEN * (high - low);
+            at_left = function(left);
         } else {
-            low += third;
+            (low, left, at_left) = (left, right, at_right);
+            right = low + GOLDEN * (high - low);
+            at_right = function(right);
         }
+        least = least.min(at_left).min(at_right);
     }
     least
 }
