@@ -59,7 +59,10 @@ impl RangeReading {
     pub fn classify(&self) -> Return {
         if self.range >= self.max_range || self.range == f64::INFINITY {
             Return::NoEcho
-        } else if self.range >= self.min_range && self.range.is_finite() {
+        } else if self.min_range <= self.range
+            && self.range < self.max_range
+            && self.range.is_finite()
+        {
             Return::Echo
         } else {
             Return::Invalid
@@ -116,6 +119,18 @@ mod tests {
             (f64::NAN, Return::Invalid),
         ] {
             assert_eq!(reading(range).classify(), expected, "{range}");
+        }
+    }
+
+    #[test]
+    fn a_limit_that_is_no_number_makes_no_echo() {
+        for (min_range, max_range) in [(f64::NAN, 5.0), (0.1, f64::NAN)] {
+            let odd = RangeReading {
+                min_range,
+                max_range,
+                ..reading(1.0)
+            };
+            assert_eq!(odd.classify(), Return::Invalid);
         }
     }
 

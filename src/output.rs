@@ -107,13 +107,17 @@ fn open(path: &Path) -> io::Result<Sink> {
         use std::os::unix::fs::PermissionsExt as _;
         temporary.permissions(fs::Permissions::from_mode(0o666));
     }
-    let file = BufWriter::new(temporary.tempfile_in(directory)?);
+    // The error names the temporary file; the person asked for another.
+    let named = temporary
+        .tempfile_in(directory)
+        .map_err(|error| error.kind())?;
+    let file = BufWriter::new(named);
     Ok(Sink::File { file, target })
 }
 
 fn commit(sink: Sink) -> io::Result<()> {
     match sink {
-        Sink::Stdout(mut stream) => stream.flush(),
+        Sink::Stdout(mut stream) => unless_gone(stream.flush(), ()),
         Sink::Stream(mut stream) => stream.flush(),
         Sink::File { file, target } => {
             let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -123,10 +127,19 @@ fn commit(sink: Sink) -> io::Result<()> {
     }
 }
 
+/// `done` for a write that failed because nobody reads any more.
+fn unless_gone<T>(result: io::Result<T>, done: T) -> io::Result<T> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(done),
+        other => other,
+    }
+}
+
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.sink {
-            Sink::Stdout(stream) => stream.write(bytes),
+            // A reader that has gone away (`| head`) wants no more.
+            Sink::Stdout(stream) => unless_gone(stream.write(bytes), bytes.len()),
             Sink::Stream(stream) => stream.write(bytes),
             Sink::File { file, .. } => file.write(bytes),
         }
@@ -134,7 +147,7 @@ impl Write for Output {
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.sink {
-            Sink::Stdout(stream) => stream.flush(),
+            Sink::Stdout(stream) => unless_gone(stream.flush(), ()),
             Sink::Stream(stream) => stream.flush(),
             Sink::File { file, .. } => file.flush(),
         }

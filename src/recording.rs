@@ -220,7 +220,7 @@ impl<W: Write> Recording<W> {
             let (walls, points) = self.map.counts();
             let text = format!(
                 "end: {} frames; {} contact, {} intersection, {} unidentified arcs; \
-                 {walls} lines and {points} points in the map",
+                 {walls} line(s) and {points} point(s) in the map",
                 last.frame - first.frame + 1,
                 arcs("contact"),
                 arcs("intersection"),
@@ -266,7 +266,7 @@ impl<W: Write> Observer for Recording<W> {
 fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
     let source = setting.source;
     let start = format!(
-        "start: {}, {} sonars, {} messages",
+        "start: {}, {} sonar(s), {} messages",
         source.file,
         setting.sonars.len(),
         source.messages

@@ -12,6 +12,7 @@ use std::path::Path;
 /// Every key with its value and unit: the defaults, then the file given with --config, then flags.
 /// Redirect it into a file to start one of your own.
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Args {
     #[command(flatten)]
     parameters: Parameters,

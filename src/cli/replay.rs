@@ -20,14 +20,17 @@ use crate::trace::Trace;
 /// With no output named, writes LOG.rrd and LOG.features.json into the current directory; otherwise
 /// exactly the outputs that are named. `-` is standard output, for one of them.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
+#[command(
+    allow_negative_numbers = true,
+    after_help = "\
 Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
 incomplete or holds no echo, or there was nothing to replay.
 
 Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
   tmam replay drive.mcap --trace drive.jsonl      only the trace: why each arc was labelled so
-  tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd")]
+  tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd"
+)]
 pub struct Args {
     /// The MCAP log
     log: PathBuf,

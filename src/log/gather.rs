@@ -315,10 +315,10 @@ impl Gatherer {
                 range: unplaced.range,
                 min_range: known
                     .and_then(|k| k.min_range)
-                    .unwrap_or(limit(unplaced.min_range, 0.0)),
+                    .unwrap_or(unplaced.min_range),
                 max_range: known
                     .and_then(|k| k.max_range)
-                    .unwrap_or(limit(unplaced.max_range, f64::INFINITY)),
+                    .unwrap_or(unplaced.max_range),
                 beam_width,
                 variance: unplaced.variance,
             });
@@ -326,11 +326,6 @@ impl Gatherer {
         readings.sort_by_key(|r| (r.stamp_ns, r.sonar));
         Ok(readings)
     }
-}
-
-/// A range limit of a message; NaN means that the driver knows of none.
-fn limit(given: f64, none: f64) -> f64 {
-    if given.is_nan() { none } else { given }
 }
 
 fn mount_of(known: &SonarOverride) -> Option<Pose2> {

@@ -7,9 +7,13 @@ use crate::tmam::arc::Arc;
 
 /// Cell of the histogram over echoes, metres.
 const CELL: f64 = 0.25;
-/// Share of the echoes that may lie outside at each edge: a few wild readings must not shrink
-/// the map to a dot.
+/// Share of the echoes, and of the path, that may lie outside at each edge: a few wild readings or a
+/// glitch of the odometry must not shrink the map to a dot.
 const OUTSIDE: f64 = 0.01;
+/// What lies farther from the origin than this is no place, metres.
+const FARTHEST: f64 = 1e12;
+/// Room for the robot's body and heading, metres.
+const ROBOT: f64 = 0.4;
 /// Smallest half width, metres.
 const LEAST: f64 = 0.5;
 
@@ -25,50 +29,44 @@ pub struct Bounds {
 /// Where the robot and nearly all of its echoes were.
 #[derive(Debug, Default)]
 pub struct Extent {
-    path: Option<Bounds>,
-    echoes: [BTreeMap<i64, u64>; 2],
+    path: Histogram,
+    echoes: Histogram,
+}
+
+/// How often each cell was met, along x and along y.
+#[derive(Debug, Default)]
+struct Histogram {
+    cells: [BTreeMap<i64, u64>; 2],
     count: u64,
 }
 
 impl Extent {
     /// The robot was here.
     pub fn visit(&mut self, pose: &Pose2) {
-        let here = pose.position();
-        let path = self.path.get_or_insert(Bounds {
-            min: here,
-            max: here,
-        });
-        path.min = path.min.inf(&here);
-        path.max = path.max.sup(&here);
+        self.path.add(pose.position());
     }
 
-    /// Something echoed.
+    /// Something echoed: the middle and both ends of the arc count.
     pub fn echo(&mut self, arc: &Arc) {
-        let at = arc.point_at(arc.world_from_sensor.yaw);
-        if !(at.x.is_finite() && at.y.is_finite()) {
-            return;
+        for part in [-0.5, 0.0, 0.5] {
+            let bearing = arc.world_from_sensor.yaw + part * arc.beam_width;
+            self.echoes.add(arc.point_at(bearing));
         }
-        let [xs, ys] = &mut self.echoes;
-        for (histogram, value) in [(xs, at.x), (ys, at.y)] {
-            *histogram.entry((value / CELL).floor() as i64).or_default() += 1;
-        }
-        self.count += 1;
     }
 
     /// The box to show, with a margin.
     pub fn bounds(&self) -> Bounds {
-        let origin = Vec2::zeros();
-        let path = self.path.unwrap_or(Bounds {
-            min: origin,
-            max: origin,
+        let mut boxes = [self.path.bounds(ROBOT), self.echoes.bounds(0.0)]
+            .into_iter()
+            .flatten();
+        let first = boxes.next().unwrap_or(Bounds {
+            min: Vec2::zeros(),
+            max: Vec2::zeros(),
         });
-        let [xs, ys] = &self.echoes;
-        let (x, y) = (self.span(xs), self.span(ys));
-        let mut bounds = path;
-        if let (Some((x0, x1)), Some((y0, y1))) = (x, y) {
-            bounds.min = bounds.min.inf(&Vec2::new(x0, y0));
-            bounds.max = bounds.max.sup(&Vec2::new(x1, y1));
-        }
+        let bounds = boxes.fold(first, |a, b| Bounds {
+            min: a.min.inf(&b.min),
+            max: a.max.sup(&b.max),
+        });
         let middle = (bounds.min + bounds.max) / 2.0;
         let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.1 * h).max(LEAST));
         Bounds {
@@ -76,11 +74,34 @@ impl Extent {
             max: middle + half,
         }
     }
+}
 
-    fn span(&self, histogram: &BTreeMap<i64, u64>) -> Option<(f64, f64)> {
+impl Histogram {
+    fn add(&mut self, at: Vec2) {
+        if !at.iter().all(|value| value.abs() < FARTHEST) {
+            return;
+        }
+        for (cells, value) in self.cells.iter_mut().zip(at.iter()) {
+            *cells.entry((value / CELL).floor() as i64).or_default() += 1;
+        }
+        self.count += 1;
+    }
+
+    /// The box that holds all but a share of the cells at each edge, wider by `margin`.
+    fn bounds(&self, margin: f64) -> Option<Bounds> {
+        let [xs, ys] = &self.cells;
+        let ((x0, x1), (y0, y1)) = (self.span(xs)?, self.span(ys)?);
+        let margin = Vec2::repeat(margin);
+        Some(Bounds {
+            min: Vec2::new(x0, y0) - margin,
+            max: Vec2::new(x1, y1) + margin,
+        })
+    }
+
+    fn span(&self, cells: &BTreeMap<i64, u64>) -> Option<(f64, f64)> {
         let outside = (OUTSIDE * self.count as f64) as u64;
-        let low = beyond(histogram.iter(), outside)?;
-        let high = beyond(histogram.iter().rev(), outside)?;
+        let low = beyond(cells.iter(), outside)?;
+        let high = beyond(cells.iter().rev(), outside)?;
         Some((low as f64 * CELL, (high + 1) as f64 * CELL))
     }
 }
@@ -133,5 +154,23 @@ mod tests {
         extent.echo(&echo(900.0));
         let bounds = extent.bounds();
         assert!(bounds.max.x > 3.0 && bounds.max.x < 4.0, "{bounds:?}");
+    }
+
+    #[test]
+    fn a_glitch_of_the_odometry_does_not_either() {
+        let mut extent = Extent::default();
+        for k in 0..500 {
+            extent.visit(&Pose2::new(f64::from(k) * 0.01, 0.0, 0.0));
+        }
+        extent.visit(&Pose2::new(1e9, 0.0, 0.0));
+        assert!(extent.bounds().max.x < 7.0, "{:?}", extent.bounds());
+    }
+
+    #[test]
+    fn places_beyond_all_bounds_are_no_trouble() {
+        let mut extent = Extent::default();
+        extent.echo(&echo(3e38));
+        extent.visit(&Pose2::new(1e300, f64::NAN, 0.0));
+        assert_eq!(extent.bounds().max, Vec2::new(LEAST, LEAST));
     }
 }

@@ -330,16 +330,3 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
     );
     assert_ne!(one.recording_id(), two.recording_id());
 }
-
-#[test]
-#[ignore = "for looking at"]
-fn write_files() {
-    let sonars = ring(16);
-    for (name, count) in [("room", 150), ("long", 10_000)] {
-        let frames = drive(&sonars, count, None);
-        let start = std::time::Instant::now();
-        let (bytes, _) = record(&sonars, &frames);
-        eprintln!("{name}: {} bytes in {:?}", bytes.len(), start.elapsed());
-        std::fs::write(format!("/tmp/rec_{name}.rrd"), bytes).unwrap();
-    }
-}

@@ -8,7 +8,7 @@ pub use point::fit_point;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-use super::arc::Arc;
+use super::arc::{Arc, BEAM_SLACK};
 use super::feature::{Rejection, Shape};
 use super::pair::{PairPoint, Points};
 
@@ -103,7 +103,7 @@ fn start(model: &impl Model, arcs: &[Arc]) -> Option<Vector2<f64>> {
             let (cost_left, cost_right) = (cost(&left), cost(&right));
             let equal = (cost_left - cost_right).abs() <= 1e-9 * (1.0 + cost_left.min(cost_right));
             let right_is_better = if equal {
-                right.off_axis < left.off_axis
+                right.off_axis < left.off_axis - BEAM_SLACK
             } else {
                 cost_right < cost_left
             };

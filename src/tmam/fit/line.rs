@@ -206,6 +206,30 @@ mod tests {
     }
 
     #[test]
+    fn seen_straight_ahead_left_comes_before_right() {
+        // Both tangents of an end-on wall fit equally well and lie equally far from the axis, but
+        // for the last bit. The travel and the noise are chosen so that rounding would say right.
+        for travel in [0.0, 0.3, 1.1, 2.7, -0.4, -1.9] {
+            let arcs = [0, 1, 2, 3].map(|k| {
+                let way = 0.12 * f64::from(k);
+                arc(k, unit(travel) * way, travel, 3.0 - 0.995 * way)
+            });
+            let Some(Shape::Line(found)) = fit_line(&arcs).shape else {
+                panic!("no line");
+            };
+            let normal = if found.rho > 0.0 {
+                found.theta
+            } else {
+                found.theta + 3.2
+            };
+            assert!(
+                crate::geometry::wrap_angle(normal - travel) > 0.0,
+                "{travel}"
+            );
+        }
+    }
+
+    #[test]
     fn the_stopping_rule_adds_centimetres_to_radians() {
         let norm = |rho, theta| LocalLine::step_norm(Vector2::new(rho, theta));
         assert!(norm(0.009, 0.4) < 1.0, "9 mm and 23 deg are small enough");
