@@ -2,11 +2,14 @@
 """Reads a recording back with the official SDK and holds it against the trace of the same replay.
 
 usage: read_back.py RECORDING.rrd TRACE.jsonl FEATURES.json
+
+Angles and labels must be equal to the bit; places are 32-bit floats in a recording.
 """
 
 import json
 import math
 import sys
+from collections import defaultdict
 
 import rerun as rr
 
@@ -22,8 +25,7 @@ def column(table, name):
 
 
 def close(a, b):
-    """Equal as 32-bit floats, which positions are in a recording."""
-    return abs(a - b) <= 1e-6 * max(1.0, abs(a), abs(b))
+    return abs(a - b) <= 1e-5 + 1e-6 * max(abs(a), abs(b))
 
 
 def main(recording, trace, features):
@@ -32,63 +34,96 @@ def main(recording, trace, features):
     server = rr.server.Server(datasets={"run": [recording]})
     dataset = server.client().get_dataset("run")
 
-    def read(*contents):
-        return (
-            dataset.filter_contents(list(contents)).reader(index="frame").to_arrow_table()
-        )
+    def read(*contents, index="frame"):
+        view = dataset.filter_contents(list(contents))
+        return view.reader(index=index).to_arrow_table()
 
-    table = read("/angles/**", "/labels/**", "/world/robot/**")
+    compared, wrong = 0, []
+
+    def check(same, *what):
+        nonlocal compared
+        compared += 1
+        if not same:
+            wrong.append(what)
+
+    static = read("/angles/theta_c", index=None)
+    sonars = static["/angles/theta_c:SeriesPoints:names"].to_pylist()[0]
+    table = read("/angles/**", "/labels/**", "/world/beams")
     angles = {
         name: column(table, f"/angles/{name}:Scalars:scalars")
         for name in ("theta_c", "theta_i")
     }
-    lanes = [name for name in table.column_names if name.startswith("/labels/")]
-    sonars = sorted({name[len("/labels/") :].split(":")[0] for name in lanes})
-    labels = {
-        sonar: column(table, f"/labels/{sonar}:StateChange:state") for sonar in sonars
-    }
+    labels = {}
+    for name in table.column_names:
+        if name.startswith("/labels/") and name.endswith(":StateChange:state"):
+            sonar = name[len("/labels/") : -len(":StateChange:state")].replace("\\", "")
+            labels[sonar] = column(table, name)
+    beams = {}
+    if "/world/beams:LineStrips2D:strips" in table.column_names:
+        beams = column(table, "/world/beams:LineStrips2D:strips")
 
-    compared, wrong = 0, []
     arcs = set()
+    by_frame = defaultdict(list)
     for row in rows:
         frame, sonar = row["frame"], row["sensor"]
         place = sonars.index(sonar)
         arcs.add((frame, place))
+        by_frame[frame].append(row)
         for name, values in angles.items():
-            read_back = values[frame][place]
-            expected = row[name]
-            same = math.isnan(read_back) if expected is None else read_back == expected
-            compared += 1
-            if not same:
-                wrong.append((frame, sonar, name, expected, read_back))
-        compared += 1
-        if labels[sonar][frame] != [row["label"]]:
-            wrong.append((frame, sonar, "label", row["label"], labels[sonar][frame]))
+            value, expected = values[frame][place], row[name]
+            same = math.isnan(value) if expected is None else value == expected
+            check(same, frame, sonar, name, expected, value)
+        label = labels[sonar][frame]
+        check(label == [row["label"]], frame, sonar, "label", row["label"], label)
 
     for name, values in angles.items():
         for frame, row in values.items():
             for place, value in enumerate(row):
-                if not math.isnan(value) and (frame, place) not in arcs:
-                    wrong.append((frame, sonars[place], name, "no arc", value))
+                if not math.isnan(value):
+                    check((frame, place) in arcs, frame, sonars[place], name, "no arc", value)
 
-    # The map as it stands at the end: every point is where the features file says.
-    table = read("/world/map/points/**")
-    drawn = []
+    # A ray leads from each sonar to the middle of its arc.
+    for frame, expected in by_frame.items():
+        check(len(beams[frame]) == len(expected), frame, "beams", len(expected))
+        for row, (start, end) in zip(expected, beams[frame]):
+            at = (row["x"], row["y"])
+            to = (
+                row["x"] + row["range"] * math.cos(row["yaw"]),
+                row["y"] + row["range"] * math.sin(row["yaw"]),
+            )
+            same = all(map(close, start, at)) and all(map(close, end, to))
+            check(same, frame, row["sensor"], "beam", at, to, start, end)
+
+    # The map as it stands at the end.
+    drawn = {"points": [], "lines": []}
+    table = read("/world/map/**")
     for name in table.column_names:
-        if name.endswith(":Points2D:positions"):
-            values = column(table, name)
-            drawn += values[max(values)]
+        for kind, ending in (
+            ("points", ":Points2D:positions"),
+            ("lines", ":LineStrips2D:strips"),
+        ):
+            if name.startswith(f"/world/map/{kind}") and name.endswith(ending):
+                values = column(table, name)
+                drawn[kind] += values[max(values)]
     for point in features["map"]["points"]:
-        compared += 1
-        # The recorded map has y as the world has it; only the view turns it over.
-        if not any(close(point["x"], x) and close(point["y"], y) for x, y in drawn):
-            wrong.append(("end", "map", point["id"], (point["x"], point["y"]), "absent"))
+        at = (point["x"], point["y"])
+        check(any(all(map(close, at, p)) for p in drawn["points"]), "map point", point["id"], at)
+    for line in features["map"]["lines"]:
+        along = (-math.sin(line["theta"]), math.cos(line["theta"]))
+        ends = [
+            [m + sign * line["half_length"] * a for m, a in zip(line["mid"], along)]
+            for sign in (-1, 1)
+        ]
+        same = any(
+            all(any(all(map(close, end, p)) for p in strip) for end in ends)
+            for strip in drawn["lines"]
+        )
+        check(same, "map line", line["id"], ends)
 
     for difference in wrong[:20]:
         print("differs:", *difference, file=sys.stderr)
     print(f"{recording}: {len(rows)} arcs, {compared} values compared, {len(wrong)} differ")
-    if wrong or not rows or not drawn:
-        sys.exit(1)
+    sys.exit(1 if wrong or not compared else 0)
 
 
 main(*sys.argv[1:])
