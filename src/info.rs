@@ -12,6 +12,7 @@ pub mod resolution;
 pub mod skeleton;
 pub mod sonars;
 mod statistics;
+mod tables;
 pub mod text;
 pub mod trial;
 
@@ -148,3 +149,6 @@ fn span(readings: &[crate::event::RangeReading], channels: &[ChannelFacts]) -> (
         ),
     }
 }
+
+#[cfg(test)]
+mod tests;

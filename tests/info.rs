@@ -9,6 +9,8 @@
 
 mod support;
 
+use std::f32::consts::FRAC_PI_8;
+use std::f64::consts::FRAC_PI_2;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,11 @@ fn told(bench: &Bench, log: &Path, arguments: &str) -> (Value, i32) {
     let run = bench.tmam(log, &format!("info {{}} --json {arguments}"));
     assert_eq!(run.stderr, "");
     (serde_json::from_str(&run.stdout).unwrap(), run.code)
+}
+
+/// As files have it.
+fn quarter_turn() -> f64 {
+    (FRAC_PI_2 * 1e9).round() / 1e9
 }
 
 fn codes<'a>(info: &'a Value, weight: &str) -> Vec<&'a str> {
@@ -46,6 +53,11 @@ fn mended(bytes: Vec<u8>, blocking: &[&str], skeleton: &[&str]) {
     assert_eq!(info["replay"]["possible"], "with-skeleton", "{info:#}");
     assert_eq!(codes(&info, "blocking"), blocking);
 
+    let text = bench.tmam(&log, "info {}").stdout;
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
     let printed = bench.tmam(&log, "info {} --skeleton");
     assert_eq!(
         (printed.code, printed.stdout.as_str()),
@@ -87,7 +99,7 @@ fn a_good_log_is_told_in_full() {
     assert_eq!(info["channels"].as_array().unwrap().len(), 21);
     let sonar = &info["sonars"][4];
     assert_eq!(sonar["name"], "sonar_04");
-    assert_eq!(sonar["mount"]["yaw"], 1.570796327);
+    assert_eq!(sonar["mount"]["yaw"], quarter_turn());
     assert_eq!(sonar["beam_width"], 0.392699093);
     assert_eq!(sonar["readings"], 179);
     assert_eq!(sonar["resolution"]["quantised"], false);
@@ -187,7 +199,7 @@ fn no_beam_width_and_no_mounts_at_once() {
             // Behind header and radiation type: field_of_view, aligned to four bytes.
             let at = 4 + 8 + 4 + "sonar_00".len() + 1 + 3;
             let value: [u8; 4] = message.data[at..at + 4].try_into().unwrap();
-            assert!((f32::from_le_bytes(value) - 0.3927).abs() < 1e-3);
+            assert!((f32::from_le_bytes(value) - FRAC_PI_8).abs() < 1e-3);
             message.data[at..at + 4].copy_from_slice(&0f32.to_le_bytes());
         }
         if message.topic.starts_with("/tf") {
@@ -254,7 +266,7 @@ fn what_no_configuration_can_mend_is_still_shown() {
     assert_eq!((code, &info["replay"]["possible"]), (3, &Value::from("no")));
     assert_eq!(codes(&info, "blocking"), ["no-odometry"]);
     assert_eq!(info["odometry"], Value::Null);
-    assert_eq!(info["sonars"][4]["mount"]["yaw"], 1.570796327);
+    assert_eq!(info["sonars"][4]["mount"]["yaw"], quarter_turn());
     assert_eq!(info["sonars"].as_array().unwrap().len(), 16);
 
     let log = put(&bench, without(&sample("room_step.mcap"), &["/sonar"]));
@@ -365,4 +377,24 @@ fn channels_that_are_not_read_are_named_with_the_reason() {
         let told = channel["used"] == true || channel["problem"].is_string();
         assert!(told || channel["role"].is_null(), "{channel:#}");
     }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_reason_to_fail() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_tmam"))
+        .arg("info")
+        .arg(sample("room_step.mcap"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(
+        output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }

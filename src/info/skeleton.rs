@@ -60,7 +60,11 @@ pub fn skeleton(info: &Info, obstacles: &[LogError]) -> Option<String> {
         let _ = write!(text, "\n[{section}]\n");
         for line in lines {
             let assignment = format!("{} = {}", line.key, line.value);
-            let _ = writeln!(text, "{assignment:<32} # {}", line.comment);
+            let _ = if line.comment.is_empty() {
+                writeln!(text, "{assignment}")
+            } else {
+                writeln!(text, "{assignment:<32} # {}", line.comment)
+            };
         }
     }
     Some(text)
@@ -105,8 +109,8 @@ fn parameters(sections: &mut Sections, info: &Info) {
         } else {
             wider_gap(odometry, config.frames.max_odometry_gap)
         };
-        if let (Some(gap), Some(interval)) = (gap, odometry.median_interval) {
-            let comment = format!("s; the samples come every {interval:.2} s");
+        if let (Some(gap), Some(interval)) = (gap, odometry.usual_interval) {
+            let comment = format!("s; one in twenty samples comes later than {interval:.2} s");
             sections.add("frames", "max_odometry_gap", Value::Float(gap), comment);
         }
     }
@@ -145,6 +149,7 @@ fn sonars(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
             beam,
         );
     }
+    let mut explained = false;
     for sonar in &info.sonars {
         let section = format!("sonar.{}", Value::String(sonar.name.clone()));
         let missing = obstacles.iter().find_map(|obstacle| match obstacle {
@@ -157,20 +162,20 @@ fn sonars(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
             } else {
                 format!("`{}`", missing.robot_frame)
             };
-            let zero = || Value::Float(0.0);
-            sections.add(
-                &section,
-                "x",
-                zero(),
-                format!("m in {frame}: measure these"),
-            );
-            sections.add(&section, "y", zero(), "m, to the left");
-            sections.add(
-                &section,
-                "yaw",
-                zero(),
-                "deg, counter-clockwise: where the beam looks",
-            );
+            // The first one says what holds for all.
+            let comments = if explained {
+                Default::default()
+            } else {
+                [
+                    format!("m in {frame}: measure these"),
+                    "m, to the left".to_owned(),
+                    "deg, counter-clockwise: where the beam looks".to_owned(),
+                ]
+            };
+            explained = true;
+            for (key, comment) in ["x", "y", "yaw"].into_iter().zip(comments) {
+                sections.add(&section, key, Value::Float(0.0), comment);
+            }
         }
         if !for_all && beamless(&sonar.name) {
             sections.add(

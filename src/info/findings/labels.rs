@@ -1,6 +1,7 @@
 //! What became of the arcs.
 
 use super::{Finding, Info, Weight, percent};
+use crate::info::Verdict;
 use crate::info::statistics::fraction;
 
 /// From so many arcs on, shares mean something.
@@ -12,7 +13,13 @@ const MOST: f64 = 0.5;
 
 /// Whether too few arcs are labelled, and why.
 pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
-    let Some(outcome) = &info.trial.outcome else {
+    // What placeholders give says nothing of the log.
+    let Some(outcome) = info
+        .trial
+        .outcome
+        .as_ref()
+        .filter(|_| info.verdict == Verdict::Yes)
+    else {
         return;
     };
     let labelled = outcome.labelled("contact") + outcome.labelled("intersection");
