@@ -398,3 +398,17 @@ fn a_reader_that_goes_away_is_no_reason_to_fail() {
         String::from_utf8_lossy(&output.stderr)
     );
 }
+
+#[test]
+fn a_survey_of_a_good_log_is_what_a_replay_reads() {
+    use tmam_replay::config::Config;
+    use tmam_replay::log::{read, survey::survey};
+    let config = Config::default();
+    for name in ["room_drive.mcap", "room_step.mcap"] {
+        let surveyed = survey(&sample(name), &config).unwrap();
+        assert!(surveyed.obstacles.is_empty());
+        assert_eq!(surveyed.config, config);
+        assert_eq!(surveyed.clocks.len(), surveyed.log.channels.len());
+        assert_eq!(surveyed.log, read(&sample(name), &config).unwrap());
+    }
+}

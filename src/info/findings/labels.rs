@@ -46,7 +46,7 @@ pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
         },
         "few-labels",
         format!(
-            "{} of {arcs} arcs are labelled; of {} it is said that {what} ({reason})",
+            "{} of {arcs} arcs are labelled; {} are not because {what} ({reason})",
             percent(fraction(labelled, arcs)),
             percent(fraction(*count, arcs)),
         ),
