@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, none with logic of its own.
 
 mod config;
+mod info;
 mod parameters;
 mod replay;
 mod simulate;
@@ -23,6 +24,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Replay(Box<replay::Args>),
+    Info(Box<info::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -35,6 +37,7 @@ impl Cli {
     pub fn run(self) -> Result<u8, Error> {
         match self.command {
             Command::Replay(args) => args.run(),
+            Command::Info(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

@@ -17,6 +17,7 @@ pub mod event;
 pub mod features;
 pub mod frames;
 pub mod geometry;
+pub mod info;
 pub mod log;
 pub mod observer;
 pub mod odometry;

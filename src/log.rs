@@ -5,10 +5,12 @@
 //! [`messages`].
 
 pub mod channels;
+pub mod clock;
 pub mod container;
 mod gather;
 mod messages;
 mod ros2;
+pub mod survey;
 mod transforms;
 mod value;
 pub mod writer;
@@ -185,10 +187,7 @@ fn list(head: &str, items: &[String]) -> String {
 /// When nothing of it could be replayed; see [`LogError`]. Damage is no error: what could not be
 /// read is in [`Log::losses`].
 pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
-    let file = path.file_name().map_or_else(
-        || path.display().to_string(),
-        |name| name.to_string_lossy().into_owned(),
-    );
+    let file = file_name(path);
     let mut channels = Channels::new(&config.input)?;
     let mut gatherer = Gatherer::default();
     let losses = container::walk(path, &mut |channel, message| {
@@ -200,4 +199,11 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
         }
     })?;
     gatherer.finish(file, config, channels.into_reports(), losses)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(
+        || path.display().to_string(),
+        |name| name.to_string_lossy().into_owned(),
+    )
 }

@@ -12,8 +12,11 @@ use crate::config::{Config, SonarOverride};
 use crate::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
 use crate::geometry::Pose2;
 
+/// Topic and frame of an invented message.
+pub const STAND_IN: &str = "(none)";
+
 /// Everything said so far.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Gatherer {
     /// Topic and frame of every sonar, in the order of their first readings.
     sources: Vec<(String, String)>,
@@ -36,7 +39,7 @@ struct Unplaced {
     variance: f64,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Odometry {
     robot_frame: String,
     samples: Vec<OdometrySample>,
@@ -325,6 +328,50 @@ impl Gatherer {
         }
         readings.sort_by_key(|r| (r.stamp_ns, r.sonar));
         Ok(readings)
+    }
+}
+
+/// What a survey does to see past what stands in a replay's way.
+impl Gatherer {
+    /// Puts one invented message in the place of all that the log says in a role.
+    pub fn stand_in(&mut self, role: Role) {
+        match role {
+            Role::Range => {
+                self.sources.clear();
+                self.source_index.clear();
+                self.readings.clear();
+                let reading = RangeMessage {
+                    stamp_ns: 0,
+                    frame_id: STAND_IN.to_owned(),
+                    range: f64::NAN,
+                    min_range: 0.0,
+                    max_range: 1.0,
+                    beam_width: 1.0,
+                    variance: 0.0,
+                };
+                self.take_range(STAND_IN, 0, reading);
+            }
+            Role::Odometry => {
+                self.odometries.clear();
+                let sample = OdometryMessage {
+                    stamp_ns: 0,
+                    robot_frame: String::new(),
+                    world_from_robot: Some(nalgebra::Isometry3::identity()),
+                };
+                self.take_odometry(STAND_IN, 0, sample);
+            }
+            Role::Transform => {}
+        }
+    }
+
+    /// Forgets every odometry but one.
+    pub fn keep_odometry(&mut self, topic: &str) {
+        self.odometries.retain(|known, _| known == topic);
+    }
+
+    /// Names of all frames that a transform mentions.
+    pub fn frames(&self) -> Vec<&str> {
+        self.transforms.frames()
     }
 }
 

@@ -1,0 +1,57 @@
+//! `tmam info`
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::parameters::Parameters;
+use crate::error::{DONE, Error, INCOMPLETE};
+use crate::info::{Info, json, text};
+use crate::log::survey::survey;
+use crate::output::Output;
+
+/// Tell what a log holds, whether it can be replayed, and what it lacks
+///
+/// Channels, sonars, odometry and clocks as the log has them, what is wrong with them in order of
+/// weight, and the part of tmam.toml that would make a log work that does not.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Exit codes: 0 the log is whole and can be replayed as it is; 2 usage, configuration or a file that \
+cannot be read; 3 told, but the log is incomplete, or cannot be replayed as it is, or holds no echo.
+
+Examples:
+  tmam info drive.mcap                            what is in it and what is wrong with it
+  tmam info drive.mcap --skeleton > tmam.toml     what its configuration must say
+  tmam info drive.mcap --json | jq .findings      for machines")]
+pub struct Args {
+    /// The MCAP log
+    log: PathBuf,
+    /// Tell it in JSON (tmam.info/1): SI units and radians
+    #[arg(long)]
+    json: bool,
+    /// Print only the keys that the configuration lacks, as TOML
+    #[arg(long, conflicts_with = "json")]
+    skeleton: bool,
+    #[command(flatten)]
+    parameters: Parameters,
+}
+
+impl Args {
+    pub fn run(self) -> Result<u8, Error> {
+        let config = self.parameters.configuration()?;
+        let info = Info::new(survey(&self.log, &config)?);
+        if self.json {
+            let mut out = Output::create(Path::new("-"))?;
+            json::write(&mut out, &info).map_err(|source| out.failed(source))?;
+            out.commit()?;
+        } else {
+            let text = if self.skeleton {
+                info.skeleton.clone().unwrap_or_default()
+            } else {
+                text::text(&info)
+            };
+            // A reader that has gone away has seen enough.
+            let _ = io::stdout().write_all(text.as_bytes());
+        }
+        Ok(if info.is_fine() { DONE } else { INCOMPLETE })
+    }
+}

@@ -1,0 +1,186 @@
+//! What is wrong with the file, its channels and their clocks.
+
+use std::collections::BTreeMap;
+
+use super::{Finding, Info, Weight, names};
+use crate::info::channels::ChannelFacts;
+
+/// So much more or less delay of the ranges than of the odometry is worth a word, seconds.
+const SKEW: f64 = 0.1;
+/// Stamps this far from the time of recording come from another clock, seconds.
+const OTHER_CLOCK: f64 = 10.0;
+/// So many losses are named.
+const NAMED_LOSSES: usize = 3;
+
+/// Channels of a known type in a form that is not read.
+pub fn channels(info: &Info, findings: &mut Vec<Finding>) {
+    let mut by_problem: BTreeMap<&str, Vec<&ChannelFacts>> = BTreeMap::new();
+    for channel in info.channels.iter().filter(|c| c.is_unreadable()) {
+        let problem = channel.problem.as_deref().unwrap_or_default();
+        by_problem.entry(problem).or_default().push(channel);
+    }
+    for (problem, channels) in by_problem {
+        let role_is_met = |role: Option<&str>| match role {
+            Some("range") => !info.sonars.is_empty(),
+            Some("odometry") => info.odometry.is_some(),
+            _ => true,
+        };
+        let weight = if channels.iter().all(|channel| role_is_met(channel.role)) {
+            Weight::Serious
+        } else {
+            Weight::Blocking
+        };
+        let topics = names(channels.iter().map(|c| c.topic.as_str()));
+        let verb = if channels.len() == 1 { "is" } else { "are" };
+        findings.push(Finding::new(
+            weight,
+            "unread-channel",
+            format!("{topics} {verb} not read: {problem}"),
+            "what they say is missing from the replay",
+            "",
+        ));
+    }
+}
+
+/// What of the file could not be read.
+pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
+    if info.losses.is_empty() {
+        return;
+    }
+    let mut what = format!(
+        "the log is not whole, {} could not be read",
+        match info.losses.len() {
+            1 => "one part".to_owned(),
+            n => format!("{n} parts"),
+        }
+    );
+    for (loss, mark) in info
+        .losses
+        .iter()
+        .take(NAMED_LOSSES)
+        .zip([": ", "; ", "; "])
+    {
+        what.push_str(mark);
+        what.push_str(loss);
+    }
+    if info.losses.len() > NAMED_LOSSES {
+        what.push_str("; ...");
+    }
+    findings.push(Finding::new(
+        Weight::Serious,
+        "incomplete",
+        what,
+        "what it held is missing from the map, and sequences break where it was",
+        "everything else is used; a replay ends with exit code 3",
+    ));
+}
+
+/// Stamps.
+pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
+    let used = |role: &'static str| {
+        info.channels
+            .iter()
+            .filter(move |channel| channel.used && channel.role == Some(role))
+    };
+    for (role, what) in [("range", "range"), ("odometry", "odometry")] {
+        let sum = |of: fn(&ChannelFacts) -> u64| used(role).map(of).sum::<u64>();
+        let unstamped = sum(|c| c.unstamped);
+        if unstamped > 0 {
+            findings.push(Finding::new(
+                Weight::Serious,
+                "unstamped",
+                format!("{unstamped} {what} messages carry no stamp (0)"),
+                "the time of recording is taken: it is late by what the message was under way, and \
+                 the arcs shift along the path",
+                "let the driver stamp its messages",
+            ));
+        }
+        let backward = sum(|c| c.backward_stamps);
+        if backward > 0 {
+            findings.push(Finding::new(
+                Weight::Notable,
+                "backward-stamps",
+                format!("{backward} {what} messages are stamped earlier than the one before them"),
+                "they are taken in stamp order; if the clock was set back, two times overlap",
+                "look at the clock synchronisation of the robot's computers",
+            ));
+        }
+        let disordered = sum(|c| c.out_of_order);
+        if disordered > 0 {
+            findings.push(Finding::new(
+                Weight::Notable,
+                "out-of-order",
+                format!("{disordered} {what} messages lie in the file behind later ones"),
+                "none: they are taken in stamp order",
+                "",
+            ));
+        }
+    }
+    delays(info, used("range"), used("odometry"), findings);
+}
+
+fn delays<'a>(
+    info: &Info,
+    ranges: impl Iterator<Item = &'a ChannelFacts>,
+    odometry: impl Iterator<Item = &'a ChannelFacts>,
+    findings: &mut Vec<Finding>,
+) {
+    let delay = |channels: &mut dyn Iterator<Item = &'a ChannelFacts>| {
+        channels
+            .filter_map(|channel| Some((channel.stamped, channel.median_delay?)))
+            .max_by_key(|(stamped, _)| *stamped)
+            .map(|(_, delay)| delay)
+    };
+    let mut ranges = ranges;
+    let mut odometry = odometry;
+    let (of_ranges, of_odometry) = (delay(&mut ranges), delay(&mut odometry));
+    let (Some(of_ranges), Some(of_odometry)) = (of_ranges, of_odometry) else {
+        return;
+    };
+    let skew = of_ranges - of_odometry;
+    if skew.abs() > SKEW {
+        let speed = info.odometry.as_ref().map_or(0.0, |odometry| {
+            odometry.distance
+                / super::super::statistics::seconds(odometry.first_ns, odometry.last_ns)
+        });
+        let shift = if speed.is_finite() {
+            (speed * skew).abs()
+        } else {
+            0.0
+        };
+        findings.push(Finding::new(
+            Weight::Serious,
+            "clock-skew",
+            format!(
+                "from stamp to recording ranges take {of_ranges:.3} s, odometry {of_odometry:.3} s"
+            ),
+            format!(
+                "if the clocks differ and not the ways, readings meet the wrong poses: \
+                 {:.2} m off at the robot's mean speed",
+                shift
+            ),
+            "synchronise the clocks of sonar driver and odometry, or stamp both on one computer",
+        ));
+    } else if of_ranges.abs() > OTHER_CLOCK {
+        findings.push(Finding::new(
+            Weight::Notable,
+            "other-clock",
+            format!("stamps lie {of_ranges:.0} s before the time of recording"),
+            "none, if ranges and odometry share the clock: stamps count",
+            "",
+        ));
+    }
+}
+
+/// What the reader noted and no other finding says.
+pub fn notes(info: &Info, notes: &[String], findings: &mut Vec<Finding>) {
+    let said = |note: &str| {
+        let of_channel = |channel: &ChannelFacts| {
+            channel.is_unreadable() && note.starts_with(&format!("{} is left out", channel.topic))
+        };
+        note.contains("no stamp in their header") || info.channels.iter().any(of_channel)
+    };
+    for note in notes.iter().filter(|note| !said(note)) {
+        findings.push(Finding::new(Weight::Notable, "note", note.as_str(), "", ""));
+    }
+}

@@ -1,0 +1,182 @@
+//! What a replay would refuse.
+
+use super::{Finding, Info, Weight, which_sonars};
+use crate::info::channels::ChannelFacts;
+use crate::log::{LogError, MissingMount};
+use crate::replay::ReplayError;
+
+const SKELETON: &str = "the skeleton below has the keys";
+
+/// Everything without which nothing can be replayed or judged.
+pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>) {
+    let mut block = |code, what: String, effect: &str, mend: String| {
+        findings.push(Finding::new(Weight::Blocking, code, what, effect, mend));
+    };
+    for obstacle in obstacles {
+        match obstacle {
+            LogError::NoRanges { asked, .. } => block(
+                "no-ranges",
+                format!("the log has no range readings{}", because(asked)),
+                "there is nothing to make arcs of",
+                choose(info, asked, "range"),
+            ),
+            LogError::NoOdometry { asked, .. } => block(
+                "no-odometry",
+                format!("the log has no odometry{}", because(asked)),
+                "no reading can be placed",
+                choose(info, asked, "odometry"),
+            ),
+            LogError::ManyOdometries { topics, .. } => block(
+                "many-odometries",
+                format!(
+                    "there is more than one odometry topic: {}",
+                    topics.join(", ")
+                ),
+                "two tracks of one robot do not agree, and which one is right cannot be told",
+                format!("choose one with --odom-topic or input.odometry_topics; {SKELETON}"),
+            ),
+            LogError::NoRobotFrame { topic, .. } => block(
+                "no-robot-frame",
+                format!("the odometry on {topic} does not name the frame that it moves"),
+                "the sonars' mounts cannot be found from it",
+                format!("set input.robot_frame; {SKELETON}"),
+            ),
+            LogError::NoMount(_) | LogError::NoBeamWidth { .. } => {}
+            other => block("refused", other.to_string(), "", String::new()),
+        }
+    }
+    mounts(info, obstacles, &mut block);
+    beams(info, obstacles, &mut block);
+    for refusal in &info.trial.refused {
+        refused(refusal, &mut block);
+    }
+    let silent = info.trial.outcome.as_ref();
+    if silent.is_some_and(|outcome| outcome.tally.echoes == 0) {
+        block(
+            "no-echo",
+            "not one reading with a pose is an echo".to_owned(),
+            "there are no arcs, so there is nothing to judge",
+            "look at range, min_range and max_range of the sonars".to_owned(),
+        );
+    }
+}
+
+fn mounts(
+    info: &Info,
+    obstacles: &[LogError],
+    block: &mut impl FnMut(&'static str, String, &str, String),
+) {
+    let missing: Vec<&MissingMount> = obstacles
+        .iter()
+        .filter_map(|obstacle| match obstacle {
+            LogError::NoMount(missing) => Some(&**missing),
+            _ => None,
+        })
+        .collect();
+    let Some(first) = missing.first() else {
+        return;
+    };
+    let sonars: Vec<&str> = missing.iter().map(|m| m.sonar.as_str()).collect();
+    let frames = match first.frames.as_slice() {
+        [] => "the log has no transforms".to_owned(),
+        frames => format!(
+            "frames with a transform: {}",
+            super::names(frames.iter().map(String::as_str))
+        ),
+    };
+    let frame = &first.frame;
+    block(
+        "no-mount",
+        format!(
+            "no mounting pose for {}: of frame `{frame}`, {}; {frames}",
+            which_sonars(&sonars, info.sonars.len()),
+            first.why
+        ),
+        "their arcs cannot be placed; an unknown mount is never taken for the robot's origin",
+        format!(
+            "record /tf_static, or give x, y and yaw of each under [sonar.\"NAME\"]; {SKELETON}"
+        ),
+    );
+}
+
+fn beams(
+    info: &Info,
+    obstacles: &[LogError],
+    block: &mut impl FnMut(&'static str, String, &str, String),
+) {
+    let sonars: Vec<&str> = obstacles
+        .iter()
+        .filter_map(|obstacle| match obstacle {
+            LogError::NoBeamWidth { sonar, .. } => Some(sonar.as_str()),
+            _ => None,
+        })
+        .collect();
+    if !sonars.is_empty() {
+        block(
+            "no-beam-width",
+            format!(
+                "no beam width from {}: field_of_view is 0 or NaN",
+                which_sonars(&sonars, info.sonars.len())
+            ),
+            "how wide an arc is decides which contact and intersection points count",
+            format!("set sonars.beam_width (deg, full angle) from the data sheet; {SKELETON}"),
+        );
+    }
+}
+
+fn refused(refusal: &ReplayError, block: &mut impl FnMut(&'static str, String, &str, String)) {
+    match refusal {
+        ReplayError::GammaBeyondBeam {
+            gamma,
+            beam_width,
+            sonar,
+        } => block(
+            "gamma-beyond-beam",
+            format!(
+                "triple.gamma is {:.2} deg; the beam of sonar {sonar} is only {:.2} deg wide",
+                gamma.to_degrees(),
+                beam_width.to_degrees()
+            ),
+            "a gate that no angle can miss labels arcs of which nothing is known",
+            format!("give a triple.gamma below the beam width; {SKELETON}"),
+        ),
+        ReplayError::NoFrames {
+            readings,
+            ranges,
+            samples,
+            odometry,
+            advice,
+        } => block(
+            "no-frames",
+            format!(
+                "none of {readings} range readings ({ranges}) has a pose from {samples} odometry \
+                 samples ({odometry})"
+            ),
+            "no frame can be opened",
+            (*advice).to_owned(),
+        ),
+        other => block("refused", other.to_string(), "", String::new()),
+    }
+}
+
+fn because(asked: &[String]) -> String {
+    if asked.is_empty() {
+        String::new()
+    } else {
+        format!(" on the topics asked for ({})", asked.join(", "))
+    }
+}
+
+fn choose(info: &Info, asked: &[String], role: &str) -> String {
+    let unread = |c: &ChannelFacts| c.is_unreadable() && c.role == Some(role);
+    let flag = if role == "range" { "range" } else { "odom" };
+    if !asked.is_empty() {
+        format!("ask for other topics with --{flag}-topic: the channels above are there")
+    } else if info.channels.iter().any(unread) {
+        format!("record the {role} channels in a form that is read")
+    } else {
+        format!(
+            "no channel above has a type that is read as {role}; docs/formats.md says which are"
+        )
+    }
+}

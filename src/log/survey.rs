@@ -1,0 +1,300 @@
+//! A look at a log that goes past what would stop a replay.
+//!
+//! Whatever [`read`](super::read) would refuse is noted, a placeholder put in its place, and the
+//! rest put together all the same. So the placeholders are exactly what a configuration has to
+//! give, and it is known that a replay can begin with them.
+
+use std::path::Path;
+
+use super::channels::{ChannelReport, Channels};
+use super::clock::{ChannelClock, Clocks};
+use super::gather::{Gatherer, STAND_IN};
+use super::value::Value;
+use super::{Log, LogError, Loss, Role, container, file_name};
+use crate::config::{Config, SonarOverride};
+
+/// Beam width put in the place of one that is not known, radians: the paper's.
+pub const PLACEHOLDER_BEAM_WIDTH: f64 = 22.5 * std::f64::consts::PI / 180.0;
+
+/// A log with more obstacles than this is shown without its sonars.
+const MOST_OBSTACLES: usize = 512;
+
+/// A log as far as it can be told what it holds.
+#[derive(Debug)]
+pub struct Survey {
+    /// What could be put together with [`config`](Self::config); no sonars where nothing gives
+    /// ranges, no odometry samples where nothing gives odometry.
+    pub log: Log,
+    /// The configuration given, and placeholders for what is missing.
+    pub config: Config,
+    /// What a replay with the configuration given would refuse, one after the other.
+    pub obstacles: Vec<LogError>,
+    /// When the messages of each of the log's channels came.
+    pub clocks: Vec<ChannelClock>,
+    /// The topic whose odometry is used.
+    pub odometry_topic: Option<String>,
+}
+
+/// Looks at a log.
+///
+/// # Errors
+/// A file that cannot be read or is no MCAP file, and a configuration that is not allowed.
+pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
+    let mut channels = Channels::new(&config.input)?;
+    let mut gatherer = Gatherer::default();
+    let mut clocks = Clocks::default();
+    let losses = container::walk(path, &mut |channel, message| {
+        let read = channels.decode(channel, message);
+        let stamp = read.as_ref().and_then(|(role, value)| stamp(*role, value));
+        clocks.take(channel, message.log_time, stamp);
+        if let Some((role, value)) = read
+            && let Err(error) = gatherer.take(role, &channel.topic, message.log_time, &value)
+        {
+            channels.failed(channel, error.to_string());
+        }
+    })?;
+    let channels = together(channels.into_reports());
+    let mending = Mending {
+        file: file_name(path),
+        config: config.clone(),
+        gatherer,
+        obstacles: Vec::new(),
+        odometry_topic: odometry_topic(&channels),
+        no_ranges: false,
+        no_odometry: false,
+    };
+    let clocks = clocks.finish(&channels);
+    mending.finish(&channels, &losses, clocks)
+}
+
+/// The stamp that a message carries.
+fn stamp(role: Role, message: &Value) -> Option<i64> {
+    if role == Role::Transform {
+        return None; // transforms that never move are stamped in every way
+    }
+    let seconds = message.integer("header.stamp.sec").ok()?;
+    let nanoseconds = message.integer("header.stamp.nanosec").ok()?;
+    Some(
+        seconds
+            .saturating_mul(1_000_000_000)
+            .saturating_add(nanoseconds),
+    )
+}
+
+/// Channels with one report where several publishers fill one topic.
+fn together(reports: Vec<ChannelReport>) -> Vec<ChannelReport> {
+    let mut channels: Vec<ChannelReport> = Vec::with_capacity(reports.len());
+    for report in reports {
+        let known = channels.iter_mut().find(|known| {
+            (&known.topic, &known.type_name, &known.encoding)
+                == (&report.topic, &report.type_name, &report.encoding)
+        });
+        match known {
+            Some(known) => {
+                known.messages += report.messages;
+                known.undecoded += report.undecoded;
+                known.problem = known.problem.take().or(report.problem);
+            }
+            None => channels.push(report),
+        }
+    }
+    channels
+}
+
+fn odometry_topic(channels: &[ChannelReport]) -> Option<String> {
+    let moves = |channel: &&ChannelReport| {
+        channel.used && !matches!(channel.role, None | Some(Role::Range | Role::Transform))
+    };
+    // The busiest; of equally busy ones the first by name.
+    channels
+        .iter()
+        .filter(moves)
+        .min_by_key(|channel| std::cmp::Reverse(channel.messages.saturating_sub(channel.undecoded)))
+        .map(|channel| channel.topic.clone())
+}
+
+/// A survey while one obstacle after the other is cleared away.
+struct Mending {
+    file: String,
+    config: Config,
+    gatherer: Gatherer,
+    obstacles: Vec<LogError>,
+    odometry_topic: Option<String>,
+    no_ranges: bool,
+    no_odometry: bool,
+}
+
+impl Mending {
+    fn finish(
+        mut self,
+        channels: &[ChannelReport],
+        losses: &[Loss],
+        clocks: Vec<ChannelClock>,
+    ) -> Result<Survey, LogError> {
+        loop {
+            let attempt = self.gatherer.clone().finish(
+                self.file.clone(),
+                &self.config,
+                channels.to_vec(),
+                losses.to_vec(),
+            );
+            match attempt {
+                Ok(log) => return Ok(self.survey(log, clocks)),
+                Err(obstacle) => self.mend(obstacle)?,
+            }
+        }
+    }
+
+    fn survey(mut self, mut log: Log, clocks: Vec<ChannelClock>) -> Survey {
+        if self.no_ranges {
+            log.events.sonars.clear();
+            log.events.readings.clear();
+            self.config.sonar.remove(STAND_IN);
+        }
+        if self.no_odometry {
+            log.events.odometry.clear();
+            self.odometry_topic = None;
+        }
+        Survey {
+            log,
+            config: self.config,
+            obstacles: self.obstacles,
+            clocks,
+            odometry_topic: self.odometry_topic,
+        }
+    }
+
+    /// Clears an obstacle away and notes it.
+    ///
+    /// # Errors
+    /// The obstacle, where there is no way past it.
+    fn mend(&mut self, obstacle: LogError) -> Result<(), LogError> {
+        let too_many = self.obstacles.len() >= MOST_OBSTACLES;
+        match &obstacle {
+            LogError::NoMount(missing) if !too_many => {
+                let known = self.sonar(&missing.sonar);
+                (known.x, known.y, known.yaw) = (Some(0.0), Some(0.0), Some(0.0));
+            }
+            LogError::NoBeamWidth { sonar, .. } if !too_many => {
+                self.sonar(sonar).beam_width = Some(PLACEHOLDER_BEAM_WIDTH);
+            }
+            LogError::ManyOdometries { topics, .. } => {
+                let chosen = self.odometry_topic.clone().or(topics.first().cloned());
+                let chosen = chosen.unwrap_or_default();
+                self.gatherer.keep_odometry(&chosen);
+                self.config.input.odometry_topics = vec![globset::escape(&chosen)];
+            }
+            LogError::NoRobotFrame { .. } if self.config.input.robot_frame.is_none() => {
+                self.config.input.robot_frame = Some(likely_robot_frame(&self.gatherer.frames()));
+                if self.no_odometry {
+                    return Ok(()); // follows from that
+                }
+            }
+            LogError::NoOdometry { .. } if !self.no_odometry => {
+                self.no_odometry = true;
+                self.gatherer.stand_in(Role::Odometry);
+            }
+            LogError::NoRanges { .. }
+            | LogError::NoMount(_)
+            | LogError::NoBeamWidth { .. }
+            | LogError::TooManySonars { .. }
+                if !self.no_ranges =>
+            {
+                self.no_ranges = true;
+                self.gatherer.stand_in(Role::Range);
+                let known = self.sonar(STAND_IN);
+                (known.x, known.y, known.yaw) = (Some(0.0), Some(0.0), Some(0.0));
+            }
+            _ => return Err(obstacle),
+        }
+        self.obstacles.push(obstacle);
+        Ok(())
+    }
+
+    fn sonar(&mut self, name: &str) -> &mut SonarOverride {
+        self.config.sonar.entry(name.to_owned()).or_default()
+    }
+}
+
+fn likely_robot_frame(frames: &[&str]) -> String {
+    ["base_link", "base_footprint"]
+        .into_iter()
+        .find(|name| frames.contains(name))
+        .or_else(|| frames.iter().copied().find(|name| name.contains("base")))
+        .unwrap_or("base_link")
+        .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(topic: &str, role: Option<Role>, messages: u64) -> ChannelReport {
+        ChannelReport {
+            topic: topic.into(),
+            type_name: "t".into(),
+            encoding: "cdr".into(),
+            role,
+            used: true,
+            messages,
+            undecoded: 0,
+            problem: None,
+        }
+    }
+
+    #[test]
+    fn of_several_odometries_the_busiest_is_shown() {
+        let odometry = Some(Role::Odometry);
+        let channels = [
+            report("/b", odometry, 5),
+            report("/c", odometry, 9),
+            report("/d", odometry, 9),
+            report("/range", Some(Role::Range), 99),
+            report("/x", None, 99),
+        ];
+        assert_eq!(odometry_topic(&channels).as_deref(), Some("/c"));
+        assert_eq!(odometry_topic(&[]), None);
+    }
+
+    #[test]
+    fn publishers_of_one_topic_are_one_channel() {
+        let two = vec![
+            report("/a", None, 2),
+            report("/a", None, 3),
+            report("/b", None, 1),
+        ];
+        let channels = together(two);
+        assert_eq!(channels.len(), 2);
+        assert_eq!(channels[0].messages, 5);
+    }
+
+    #[test]
+    fn the_robots_frame_is_guessed_from_the_frames_there_are() {
+        assert_eq!(
+            likely_robot_frame(&["base_footprint", "sonar"]),
+            "base_footprint"
+        );
+        assert_eq!(likely_robot_frame(&["robot_base", "x"]), "robot_base");
+        assert_eq!(likely_robot_frame(&["x"]), "base_link");
+    }
+
+    #[test]
+    fn an_empty_log_has_neither_ranges_nor_odometry() {
+        let mending = Mending {
+            file: "f".into(),
+            config: Config::default(),
+            gatherer: Gatherer::default(),
+            obstacles: Vec::new(),
+            odometry_topic: None,
+            no_ranges: false,
+            no_odometry: false,
+        };
+        let survey = mending.finish(&[], &[], Vec::new()).unwrap();
+        assert!(matches!(
+            survey.obstacles.as_slice(),
+            [LogError::NoRanges { .. }, LogError::NoOdometry { .. }]
+        ));
+        assert!(survey.log.events.sonars.is_empty() && survey.log.events.odometry.is_empty());
+        assert!(survey.config.sonar.is_empty());
+    }
+}
