@@ -19,7 +19,7 @@ use crate::config::Config;
 use crate::config::file::ConfigError;
 use crate::event::Events;
 use channels::{ChannelReport, Channels};
-use container::Loss;
+use container::{Loss, OpenError};
 use gather::Gatherer;
 pub use messages::Role;
 
@@ -149,6 +149,16 @@ pub struct MissingMount {
     pub frames: Vec<String>,
 }
 
+impl LogError {
+    fn open(path: &Path, error: OpenError) -> Self {
+        let path = path.to_owned();
+        match error {
+            OpenError::Io(source) => Self::Io { path, source },
+            OpenError::NotMcap => Self::NotMcap { path },
+        }
+    }
+}
+
 fn because(asked: &[String]) -> String {
     if asked.is_empty() {
         String::new()
@@ -198,6 +208,7 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
         if let Err(error) = gatherer.take(role, &channel.topic, message.log_time, &value) {
             channels.failed(channel, error.to_string());
         }
-    })?;
+    })
+    .map_err(|error| LogError::open(path, error))?;
     gatherer.finish(file, config, channels.into_reports(), losses)
 }
