@@ -6,6 +6,7 @@
 
 pub mod channels;
 pub mod container;
+pub mod fuzzing;
 mod gather;
 mod messages;
 mod ros2;
@@ -124,6 +125,19 @@ pub enum LogError {
     /// The configuration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A damaged log, of which too little is left.
+    #[error("{source}\nThe log is damaged. Lost:{}", itemised(.losses))]
+    Damaged {
+        /// What is missing.
+        source: Box<LogError>,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
+}
+
+/// A line for every item.
+pub fn itemised(items: &[String]) -> String {
+    items.iter().map(|item| format!("\n  - {item}")).collect()
 }
 
 /// A sonar whose place on the robot is unknown.
@@ -210,5 +224,15 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
         }
     })
     .map_err(|error| LogError::open(path, error))?;
-    gatherer.finish(file, config, channels.into_reports(), losses)
+    let lost: Vec<String> = losses.iter().map(ToString::to_string).collect();
+    gatherer
+        .finish(file, config, channels.into_reports(), losses)
+        .map_err(|error| match error {
+            // What is missing may be what was lost.
+            error if !lost.is_empty() => LogError::Damaged {
+                source: Box::new(error),
+                losses: lost,
+            },
+            error => error,
+        })
 }

@@ -21,7 +21,7 @@ use crate::trace::Trace;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
-incomplete or holds no echo, or there was nothing to replay.
+incomplete (2 with --strict) or holds no echo, or there was nothing to replay.
 
 Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
@@ -47,6 +47,9 @@ pub struct Args {
     /// Write no recording
     #[arg(long)]
     no_recording: bool,
+    /// Refuse a log that cannot be read whole, instead of using what can be read of it
+    #[arg(long)]
+    strict: bool,
     /// Say nothing but what went wrong
     #[arg(short, long)]
     quiet: bool,
@@ -65,6 +68,12 @@ impl Args {
     pub fn run(self) -> Result<u8, Error> {
         let config = self.parameters.configuration()?;
         let log = log::read(&self.log, &config)?;
+        if self.strict && !log.losses.is_empty() {
+            return Err(Error::Incomplete {
+                file: log.file,
+                losses: log.losses,
+            });
+        }
         let replay = Replay::new(&log, &config)?;
         let setting = replay.setting();
         let mut outputs = self.outputs()?;
@@ -196,9 +205,10 @@ fn report_problems(log: &Log) {
         eprintln!("note: {note}");
     }
     if !log.losses.is_empty() {
-        eprintln!("warning: {} could not be read whole. Lost:", log.file);
-        for loss in &log.losses {
-            eprintln!("  - {loss}");
-        }
+        let losses = log::itemised(&log.losses);
+        eprintln!(
+            "warning: {} could not be read whole. Lost:{losses}",
+            log.file
+        );
     }
 }

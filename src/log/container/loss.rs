@@ -55,6 +55,12 @@ pub enum Why {
          them may be damaged, so none is used"
     )]
     DataSection,
+    /// The data section's checksum does not agree, and nothing else is wrong.
+    #[error(
+        "the checksum of the data section does not match, although that of every chunk does: \
+         something between the chunks was changed, put in or taken out"
+    )]
+    BetweenChunks,
     /// A header that is none.
     #[error("its header is damaged")]
     Header,

@@ -69,7 +69,8 @@ impl<R: Read + Seek> Walker<'_, R> {
     pub(super) fn go_on(&mut self, at: u64, message: Option<u64>) -> Next {
         let length = self.source.length();
         if let Some(index) = self.places.at(at).copied() {
-            let next = index.end().clamp(at + 1, length);
+            let after = self.places.after(at).map_or(length, |next| next.offset);
+            let next = index.end().min(after).clamp(at + 1, length);
             let messages = self.indexed_messages(next)?;
             self.losses.add(Loss {
                 span: Some(index.span),
@@ -96,10 +97,10 @@ impl<R: Read + Seek> Walker<'_, R> {
         } else {
             Why::Prefix
         };
-        let what = match (why == Why::Cut, next == length) {
-            (true, _) => "a record",
-            (false, true) => "everything to the end of the file",
-            (false, false) => "a part",
+        let what = match why {
+            Why::Cut => self.cut_kind(at)?,
+            _ if next == length => "everything to the end of the file",
+            _ => "a part",
         };
         let loss = Loss::new(at, next - at, what, why);
         self.losses.add(match self.places.described(at) {
@@ -153,6 +154,16 @@ impl<R: Read + Seek> Walker<'_, R> {
             ..Loss::new(at, length - at, "the last chunk", why)
         });
         Ok(Some(length))
+    }
+
+    /// What the file ends within.
+    fn cut_kind(&mut self, at: u64) -> Result<&'static str, OpenError> {
+        let prefix = scan::prefix(&mut self.source, at)?;
+        Ok(match prefix.map(|prefix| prefix.opcode) {
+            Some(op::CHUNK) => "the last chunk",
+            Some(op::MESSAGE) => "the last message",
+            _ => "a record",
+        })
     }
 
     /// Whether a record plainly begins there and the file ends within it.

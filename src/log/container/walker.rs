@@ -76,7 +76,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         if let Some(loss) = self.distrusted.take() {
             self.losses.add(loss);
         }
-        self.compare_count();
+        self.compare()?;
         let start = self.tail.summary.as_ref().and_then(|summary| summary.start);
         let start = self.used.start.into_iter().chain(start).min();
         Ok(self.losses.finish(start))
@@ -261,19 +261,32 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         }
     }
 
-    /// Reports a loss that nothing else has shown.
-    fn compare_count(&mut self) {
+    /// Reports a loss that nothing else has shown, by the number of messages or else by the checksum
+    /// over everything.
+    fn compare(&mut self) -> Result<(), OpenError> {
+        if self.losses.any() {
+            return Ok(());
+        }
         let summary = self.tail.summary.as_ref();
         let read = self.used.messages;
-        if let Some(counted) = summary.and_then(|summary| summary.messages)
-            && counted != read
-            && !self.losses.any()
-        {
-            let why = Why::Count { counted, read };
-            self.losses.add(Loss {
+        match summary.and_then(|summary| summary.messages) {
+            Some(counted) if counted == read => {}
+            Some(counted) => self.losses.add(Loss {
                 messages: counted.checked_sub(read),
-                ..Loss::new(0, 0, "the number of messages is wrong", why)
-            });
+                ..Loss::new(
+                    0,
+                    0,
+                    "the number of messages is wrong",
+                    Why::Count { counted, read },
+                )
+            }),
+            None if self.section_agrees()? => {}
+            None => {
+                let end = self.limit(0);
+                let what = "the data section";
+                self.losses.add(Loss::new(0, end, what, Why::BetweenChunks));
+            }
         }
+        Ok(())
     }
 }
