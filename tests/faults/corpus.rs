@@ -1,12 +1,14 @@
 //! The fuzzers' corpora, as ordinary tests.
 
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use tmam_replay::log::fuzzing::TARGETS;
 
 use crate::damage::{Dice, Fault};
 use crate::pristine::logs;
+use crate::raw::{end, file, good, message};
 use crate::support::sample;
 
 fn corpus(target: &str) -> PathBuf {
@@ -64,11 +66,29 @@ fn mutate(times: u64) {
 fn writes_the_seeds() {
     for log in logs() {
         let name = log.name.replace(", ", "-").replace(' ', "-");
-        // The head of the file and its end: enough of both, in a few kilobytes.
-        let (_, first) = &log.records[3.min(log.records.len() - 1)];
-        let cut = &log.bytes[..first.end.max(2500).min(log.bytes.len())];
+        let cut = &log.bytes[..1200];
         fs::write(corpus("container").join(format!("{name}-cut")), cut).unwrap();
     }
+    for (name, compression) in [
+        ("plain", None),
+        ("zstd", Some(mcap::Compression::Zstd)),
+        ("lz4", Some(mcap::Compression::Lz4)),
+    ] {
+        let options = mcap::WriteOptions::new().chunk_size(Some(60));
+        let whole = tiny(options.compression(compression));
+        fs::write(corpus("container").join(format!("{name}-tiny")), whole).unwrap();
+    }
+    let whole = tiny(mcap::WriteOptions::new().use_chunks(false));
+    fs::write(corpus("container").join("unchunked-tiny"), whole).unwrap();
+    fs::write(
+        corpus("container").join("no-checksums"),
+        [
+            &file(&[good(&[1, 2]), message(1, 5), good(&[3])])[..],
+            &end(),
+        ]
+        .concat(),
+    )
+    .unwrap();
     let bytes = fs::read(sample("room_step.mcap")).unwrap();
     let mut done = std::collections::BTreeSet::new();
     for message in mcap::MessageStream::new(&bytes).unwrap() {
@@ -86,4 +106,27 @@ fn writes_the_seeds() {
     let length = (arrays.len() as u16).to_le_bytes();
     let seed = [&length[..], arrays.as_bytes(), message].concat();
     fs::write(corpus("ros2").join("arrays"), seed).unwrap();
+}
+
+/// A few messages and everything that a writer puts around them.
+fn tiny(options: mcap::WriteOptions) -> Vec<u8> {
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("t/T", "ros2msg", b"int8 a").unwrap();
+    for log_time in 0..6 {
+        let topic = if log_time % 2 == 0 { "/a" } else { "/b" };
+        let channel_id = writer
+            .add_channel(schema, topic, "cdr", &Default::default())
+            .unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time,
+            publish_time: log_time,
+        };
+        writer
+            .write_to_known_channel(&header, b"\0\x01\0\0\x05")
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
 }

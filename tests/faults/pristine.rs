@@ -30,6 +30,8 @@ pub struct Pristine {
     pub records: Vec<(u8, Range<usize>)>,
     pub messages: Vec<Placed>,
     pub set: BTreeSet<Message>,
+    /// Where the data section ends.
+    pub data_end: usize,
     /// Where the summary begins, if it names the channels.
     pub summary: Option<usize>,
 }
@@ -86,6 +88,7 @@ impl Pristine {
             records,
             messages,
             set,
+            data_end,
             summary: has_summary.then_some(data_end),
         }
     }

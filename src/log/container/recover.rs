@@ -24,24 +24,55 @@ impl<R: Read + Seek> Walker<'_, R> {
         why: Why,
     ) -> Next {
         self.chunked = true;
-        let inside = match why {
-            _ if self.places.at(at).is_some() => None,
+        self.passed = at + 1;
+        let trusted = match why {
+            _ if self.places.at(at).is_some() => true,
             // Nothing speaks against the length of these.
-            Why::Compression(_) | Why::TooLarge(_) | Why::Bomb(_) => None,
-            _ => next_record(&mut self.source, at + 1, end, A_CHUNK)?,
+            Why::Compression(_) | Why::TooLarge(_) | Why::Bomb(_) => true,
+            _ => false,
         };
-        let next = inside.unwrap_or(end);
+        let next = if trusted {
+            end
+        } else {
+            self.behind_lost_chunk(at, end)?
+        };
         let described = self.places.described(at).map(|index| index.span);
-        let messages = match inside {
-            Some(_) => None,
-            None => self.indexed_messages(end)?,
+        let messages = if next < end {
+            None
+        } else {
+            self.indexed_messages(end)?
         };
         self.losses.add(Loss {
             span: described.or(span),
             messages,
-            ..Loss::new(at, next - at, "a chunk", why)
+            ..Loss::new(at, next.min(end) - at, "a chunk", why)
         });
         Ok(Some(next))
+    }
+
+    /// The next chunk behind one whose length may be wrong: within it, behind it, or wherever a scan
+    /// finds one, since what stands at a wrong end may look like a record by chance.
+    fn behind_lost_chunk(&mut self, at: u64, end: u64) -> Result<u64, OpenError> {
+        if let Some(inside) = next_record(&mut self.source, at + 1, end, A_CHUNK)? {
+            return Ok(inside);
+        }
+        let length = self.source.length();
+        let mut follows = end;
+        while let Some(prefix) = scan::prefix(&mut self.source, follows)?
+            && prefix.is_message_index()
+            && prefix.end(follows) <= length
+        {
+            follows = prefix.end(follows);
+        }
+        let limit = self.limit(at);
+        let sought = Sought {
+            data_end: true,
+            ..A_CHUNK
+        };
+        if follows >= limit || scan::begins(&mut self.source, follows, sought)? {
+            return Ok(end);
+        }
+        Ok(next_record(&mut self.source, end, limit, sought)?.unwrap_or(limit))
     }
 
     /// The messages that the message indexes from `at` on list.
@@ -83,6 +114,14 @@ impl<R: Read + Seek> Walker<'_, R> {
             .places
             .after(at)
             .map_or(self.limit(at), |next| next.offset);
+        // A damaged length may have led past a chunk, to what looked like a record by chance.
+        let missed = next_record(&mut self.source, self.passed.min(at), at, A_CHUNK)?;
+        self.passed = self.passed.max(at + 1);
+        if let Some(missed) = missed {
+            self.losses
+                .add(Loss::new(missed, 0, "what stands before", Why::Prefix));
+            return Ok(Some(missed));
+        }
         let sought = Sought {
             data_end: self.tail.limit.is_none(),
             messages: (!self.chunked).then_some(&self.used.registry),

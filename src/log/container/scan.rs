@@ -69,7 +69,12 @@ fn could_be(prefix: &[u8]) -> bool {
     )
 }
 
-fn begins<R: Read + Seek>(source: &mut Source<R>, at: u64, sought: Sought<'_>) -> io::Result<bool> {
+/// Whether a record plainly begins there.
+pub fn begins<R: Read + Seek>(
+    source: &mut Source<R>,
+    at: u64,
+    sought: Sought<'_>,
+) -> io::Result<bool> {
     let Some(prefix) = prefix(source, at)? else {
         return Ok(false);
     };
@@ -97,6 +102,12 @@ impl Prefix {
     /// The first byte behind the record, which may be behind the file's end.
     pub fn end(self, at: u64) -> u64 {
         at.saturating_add(PREFIX).saturating_add(self.length)
+    }
+
+    /// Whether it is a message index by its length too: a channel, and any number of entries.
+    pub fn is_message_index(self) -> bool {
+        const ENTRY: u64 = 16;
+        self.opcode == op::MESSAGE_INDEX && self.length % ENTRY == 6
     }
 
     /// Whether there can be such a record.

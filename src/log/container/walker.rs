@@ -25,6 +25,8 @@ pub struct Walker<'v, R> {
     pub(super) losses: Losses,
     /// Whether the file has chunks.
     pub(super) chunked: bool,
+    /// Behind the last chunk that was used or given up: no chunk before here is missing.
+    pub(super) passed: u64,
     /// Whether the data section's checksum agrees, once that was asked.
     section: Option<bool>,
     /// What no checksum vouches for.
@@ -62,6 +64,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             places,
             used: Used::new(fallback.unwrap_or_default(), visit),
             losses,
+            passed: MAGIC.len() as u64,
             section: None,
             distrusted: None,
         })
@@ -161,6 +164,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         match self.unpacker.records(&mut self.source, from, &header)? {
             Err(why) => self.lose_chunk(at, end, Some(header.span), why),
             Ok(records) => {
+                self.passed = end;
                 let inside = self.used.records(records, false);
                 if let Some(why) = inside.why {
                     let what = "a part of a chunk";
