@@ -5,6 +5,11 @@
 //! becomes a [`Loss`]; reading goes on behind it, at the place that the summary's index names, or else at
 //! the next place where a chunk plainly begins.
 //!
+//! What no checksum covers is used as it stands: chunks written without one, messages outside of chunks
+//! in a file that has none for its data section, or that has lost it by being cut off. Messages outside
+//! of chunks whose data section's checksum fails are all left out: any of them may be the damaged one.
+//! Of a last chunk that the file ends within, whole messages are used and the loss says so.
+//!
 //! - [`record`]: what the fields of a record are
 //! - `source`: bytes of the file, a window at a time
 //! - `tail`: footer and summary, which are read first

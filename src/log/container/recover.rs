@@ -6,7 +6,7 @@ use super::loss::{Loss, Why};
 use super::record::{self, ChunkHeader, PREFIX, op};
 use super::scan::{self, Prefix, Sought, next_record};
 use super::walker::{Next, Walker};
-use super::{MAGIC, OpenError};
+use super::{MAGIC, MAX_CHUNK, OpenError};
 
 /// A chunk, and nothing else.
 const A_CHUNK: Sought<'static> = Sought {
@@ -210,7 +210,9 @@ impl<R: Read + Seek> Walker<'_, R> {
         let length = self.source.length();
         let prefix = scan::prefix(&mut self.source, at)?;
         Ok(!self.tail.magic
-            && prefix.is_none_or(|prefix| prefix.is_possible() && prefix.end(at) > length))
+            && prefix.is_none_or(|prefix| {
+                prefix.is_possible() && prefix.length <= MAX_CHUNK && prefix.end(at) > length
+            }))
     }
 
     pub(super) fn is_zero(&mut self, from: u64, to: u64) -> Result<bool, OpenError> {
