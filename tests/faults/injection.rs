@@ -79,6 +79,22 @@ fn a_log_cut_at_any_record() {
 }
 
 #[test]
+fn a_record_taken_out_whole_or_there_twice() {
+    for log in logs().iter().filter(|log| log.chunked) {
+        for (opcode, record) in &log.records {
+            if record.start > 8 {
+                check(log, &Fault::Delete(record.clone()));
+                check(log, &Fault::Duplicate(record.clone()));
+            }
+            if *opcode == 6 {
+                let bytes = Fault::Delete(record.clone()).apply(&log.bytes);
+                assert!(!read(&bytes).unwrap().1.is_empty(), "{}", log.name);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_log_whose_tail_was_never_written() {
     for log in logs() {
         let mut dice = Dice(1);
