@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::config::file::ConfigError;
-use crate::log::LogError;
+use crate::log::{LogError, itemised};
 use crate::output::OutputError;
 use crate::outputs::OutputsError;
 use crate::recording;
@@ -23,6 +23,14 @@ pub enum Error {
     /// The log.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// A log that is not whole, where only a whole one will do.
+    #[error("{file} could not be read whole, as --strict asks. Lost:{}", itemised(.losses))]
+    Incomplete {
+        /// The log.
+        file: String,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
     /// A log in which nothing can be replayed.
     #[error(transparent)]
     Replay(#[from] ReplayError),

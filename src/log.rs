@@ -7,6 +7,7 @@
 pub mod channels;
 pub mod clock;
 pub mod container;
+pub mod fuzzing;
 mod gather;
 mod messages;
 mod ros2;
@@ -21,7 +22,7 @@ use crate::config::Config;
 use crate::config::file::ConfigError;
 use crate::event::Events;
 use channels::{ChannelReport, Channels};
-use container::Loss;
+use container::{Loss, OpenError};
 use gather::Gatherer;
 pub use messages::Role;
 
@@ -126,6 +127,19 @@ pub enum LogError {
     /// The configuration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A damaged log, of which too little is left.
+    #[error("{source}\nThe log is damaged. Lost:{}", itemised(.losses))]
+    Damaged {
+        /// What is missing.
+        source: Box<LogError>,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
+}
+
+/// A line for every item.
+pub fn itemised(items: &[String]) -> String {
+    items.iter().map(|item| format!("\n  - {item}")).collect()
 }
 
 /// A sonar whose place on the robot is unknown.
@@ -149,6 +163,16 @@ pub struct MissingMount {
     pub why: String,
     /// Every frame of the transform tree.
     pub frames: Vec<String>,
+}
+
+impl LogError {
+    fn open(path: &Path, error: OpenError) -> Self {
+        let path = path.to_owned();
+        match error {
+            OpenError::Io(source) => Self::Io { path, source },
+            OpenError::NotMcap => Self::NotMcap { path },
+        }
+    }
 }
 
 fn because(asked: &[String]) -> String {
@@ -197,8 +221,19 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
         if let Err(error) = gatherer.take(role, &channel.topic, message.log_time, &value) {
             channels.failed(channel, error.to_string());
         }
-    })?;
-    gatherer.finish(file, config, channels.into_reports(), losses)
+    })
+    .map_err(|error| LogError::open(path, error))?;
+    let lost: Vec<String> = losses.iter().map(ToString::to_string).collect();
+    gatherer
+        .finish(file, config, channels.into_reports(), losses)
+        .map_err(|error| match error {
+            // What is missing may be what was lost.
+            error if !lost.is_empty() => LogError::Damaged {
+                source: Box::new(error),
+                losses: lost,
+            },
+            error => error,
+        })
 }
 
 fn file_name(path: &Path) -> String {

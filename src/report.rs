@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
-use crate::log::Log;
+use crate::log::{Log, itemised};
 use crate::observer::Setting;
 use crate::replay::Outcome;
 use crate::tmam::feature::{Action, Kind, Shape};
@@ -38,10 +38,12 @@ pub fn problems(log: &Log, outcome: &Outcome) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     if !log.losses.is_empty() {
-        let _ = writeln!(text, "warning: {} could not be read whole. Lost:", log.file);
-        for loss in &log.losses {
-            let _ = writeln!(text, "  - {loss}");
-        }
+        let losses = itemised(&log.losses);
+        let _ = writeln!(
+            text,
+            "warning: {} could not be read whole. Lost:{losses}",
+            log.file
+        );
     }
     if outcome.tally.echoes == 0 {
         text.push_str(

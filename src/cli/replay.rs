@@ -24,7 +24,7 @@ use crate::trace::Trace;
     allow_negative_numbers = true,
     after_help = "\
 Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
-incomplete or holds no echo, or there was nothing to replay.
+incomplete (2 with --strict) or holds no echo, or there was nothing to replay.
 
 Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
@@ -51,6 +51,9 @@ pub struct Args {
     /// Write no recording
     #[arg(long)]
     no_recording: bool,
+    /// Refuse a log that cannot be read whole, instead of using what can be read of it
+    #[arg(long)]
+    strict: bool,
     /// Say nothing but what went wrong
     #[arg(short, long)]
     quiet: bool,
@@ -62,6 +65,12 @@ impl Args {
     pub fn run(self) -> Result<u8, Error> {
         let config = self.parameters.configuration()?;
         let log = log::read(&self.log, &config)?;
+        if self.strict && !log.losses.is_empty() {
+            return Err(Error::Incomplete {
+                file: log.file,
+                losses: log.losses,
+            });
+        }
         let replay = Replay::new(&log, &config)?;
         let setting = replay.setting();
         let requested = Requested {

@@ -430,9 +430,7 @@ fn notes_on(channels: &[ChannelReport]) -> Vec<String> {
 }
 
 fn describe_losses(losses: &[Loss], channels: &[ChannelReport]) -> Vec<String> {
-    let of_file = losses
-        .iter()
-        .map(|loss| format!("at byte {}: {}", loss.offset, loss.what));
+    let of_file = losses.iter().map(ToString::to_string);
     let of_channels = channels.iter().filter(|c| c.undecoded > 0).map(|channel| {
         format!(
             "{} of {} messages on {}: {}",

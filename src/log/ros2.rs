@@ -75,7 +75,7 @@ impl Decoder {
     pub fn new(name: &str, definition: &[u8]) -> Result<Self, Ros2Error> {
         let text =
             std::str::from_utf8(definition).map_err(|e| Ros2Error::Definition(e.to_string()))?;
-        let schema = MessageSchema::parse(&short(name), &without_constants(text))
+        let schema = MessageSchema::parse(&short(name), &without_values(text))
             .map_err(|e| Ros2Error::Definition(format!("{e:#}")))?;
         let types: BTreeMap<String, &MessageSpecification> = schema
             .dependencies
@@ -107,9 +107,9 @@ fn short(name: &str) -> String {
     name.replacen("/msg/", "/", 1)
 }
 
-/// Drops the constants of a definition: they are not in the bytes, and not all of their forms
-/// (hexadecimal numbers) can be parsed.
-fn without_constants(text: &str) -> String {
+/// Drops the constants and default values of a definition: they are not in the bytes, not all of their
+/// forms (hexadecimal numbers) can be parsed, and a default of a single quote stops the parser for good.
+fn without_values(text: &str) -> String {
     let is_constant = |line: &str| {
         let mut words = line.trim().splitn(2, char::is_whitespace);
         let rest = words.nth(1).unwrap_or_default().trim_start();
@@ -118,6 +118,11 @@ fn without_constants(text: &str) -> String {
     };
     text.lines()
         .filter(|line| !is_constant(line))
+        // Type and name, or the head of another definition.
+        .map(|line| {
+            let words: Vec<&str> = line.split_whitespace().take(2).collect();
+            words.join(" ")
+        })
         .collect::<Vec<_>>()
         .join("\n")
 }

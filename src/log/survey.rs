@@ -52,7 +52,8 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
         {
             channels.failed(channel, error.to_string());
         }
-    })?;
+    })
+    .map_err(|error| LogError::open(path, error))?;
     let channels = together(channels.into_reports());
     let mending = Mending {
         file: file_name(path),

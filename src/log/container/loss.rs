@@ -1,0 +1,232 @@
+//! What could not be read, and why.
+
+use std::fmt;
+
+use super::MAX_CHUNK;
+
+/// Something that could not be read from the file, or cannot be trusted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Loss {
+    /// Where in the file, bytes from its start.
+    pub offset: u64,
+    /// How many bytes.
+    pub bytes: u64,
+    /// What stands there, for a person: `a chunk`, ...
+    pub what: &'static str,
+    /// Log times of the first and last message of it, where they are known.
+    pub span: Option<(u64, u64)>,
+    /// Messages lost, where that is known.
+    pub messages: Option<u64>,
+    /// Why it was not used.
+    pub why: Why,
+    /// Log time of the first message of the log, which times are told from.
+    pub log_start: Option<u64>,
+}
+
+impl Loss {
+    /// A loss of which no more is known.
+    pub fn new(offset: u64, bytes: u64, what: &'static str, why: Why) -> Self {
+        Self {
+            offset,
+            bytes,
+            what,
+            span: None,
+            messages: None,
+            why,
+            log_start: None,
+        }
+    }
+}
+
+/// Why a part of the file was not used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Why {
+    /// Bytes were changed.
+    #[error("its checksum is {found:08x} and should be {expected:08x}: bytes of it were changed")]
+    Checksum {
+        /// In the file.
+        expected: u32,
+        /// Of the bytes that are there.
+        found: u32,
+    },
+    /// The data section's checksum covers it, and does not agree.
+    #[error(
+        "the checksum of the data section does not match, and no other covers these messages: any of \
+         them may be damaged, so none is used"
+    )]
+    DataSection,
+    /// The data section's checksum does not agree, and nothing else is wrong.
+    #[error(
+        "the checksum of the data section does not match, although that of every chunk does: \
+         something between the chunks was changed, put in or taken out"
+    )]
+    BetweenChunks,
+    /// A header that is none.
+    #[error("its header is damaged")]
+    Header,
+    /// A length that does not fit, or a kind that does not exist.
+    #[error("no record begins here: its kind or its length is damaged")]
+    Prefix,
+    /// Nothing was written here.
+    #[error("it is filled with zeros: nothing was written here, as after a power loss")]
+    Zeros,
+    /// A chunk beyond the limit.
+    #[error("it is {0} bytes long; no more than {MAX_CHUNK} are read")]
+    TooLarge(u64),
+    /// Compressed data that is longer or shorter than it should be.
+    #[error("it holds {found} bytes uncompressed and should hold {claimed}")]
+    Size {
+        /// By its header.
+        claimed: u64,
+        /// Found.
+        found: u64,
+    },
+    /// A file that unpacks to absurd lengths.
+    #[error(
+        "the chunks of this file, which has {0} bytes, unpack to more than is read of such a file"
+    )]
+    Bomb(u64),
+    /// A compression that is not read.
+    #[error("its compression, `{0}`, is not known; zstd, lz4 and none are")]
+    Compression(String),
+    /// Compressed data that cannot be decompressed.
+    #[error("it cannot be decompressed: {0}")]
+    Decompression(String),
+    /// A chunk whose records do not fit.
+    #[error("a record in it runs beyond its end, or is none; what stands before it was used")]
+    Overrun,
+    /// The file ends within it.
+    #[error(
+        "the file ends within it. {used} messages before the end were used; no checksum covers them"
+    )]
+    CutOff {
+        /// Messages that were used.
+        used: u64,
+    },
+    /// The file ends within it, and nothing of it is of use.
+    #[error("the file ends within it")]
+    Cut,
+    /// The recorder did not finish.
+    #[error("the file ends without a footer: its recorder did not finish")]
+    NoFooter,
+    /// Messages whose channel is nowhere defined.
+    #[error("channel {0}, which they are on, is not defined before them or in the summary")]
+    UnknownChannel(u16),
+    /// A channel whose schema is nowhere defined.
+    #[error("schema {0}, which it needs, is not defined before it or in the summary")]
+    UnknownSchema(u16),
+    /// A channel that is defined twice, differently.
+    #[error(
+        "channel {0} is defined a second time, otherwise; its messages from there on are not used"
+    )]
+    Conflict(u16),
+    /// Records whose fields do not fit.
+    #[error("a field runs beyond its record")]
+    Malformed,
+    /// A summary that does not hold together.
+    #[error("it is damaged, and was not used; no message is lost by that alone")]
+    Summary,
+    /// The number of messages is not what the summary says.
+    #[error("the summary counts {counted} messages; {read} were read")]
+    Count {
+        /// By the summary.
+        counted: u64,
+        /// Read.
+        read: u64,
+    },
+    /// Bytes behind the log's end.
+    #[error("it is no part of the log that ends before it, and was not read")]
+    Trailing,
+    /// The first bytes of the file.
+    #[error("the magic bytes are damaged")]
+    Magic,
+    /// More losses than anyone reads.
+    #[error("there are {0} more such places")]
+    More(u64),
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at byte {}", self.offset)?;
+        if self.bytes > 0 {
+            write!(f, ", {} bytes", self.bytes)?;
+        }
+        write!(f, ": {}", self.what)?;
+        if let Some((from, to)) = self.span {
+            f.write_str(" with messages logged from ")?;
+            if let Some(start) = self.log_start {
+                let since = |time: u64| (i128::from(time) - i128::from(start)) as f64 * 1e-9;
+                let (from, to) = (since(from), since(to));
+                write!(f, "{from:.3} s to {to:.3} s after the first, ")?;
+            }
+            let (from, to) = (from as f64 * 1e-9, to as f64 * 1e-9);
+            write!(f, "{from:.3} s to {to:.3} s by the clock")?;
+        }
+        match self.messages {
+            Some(1) => f.write_str(", 1 message lost")?,
+            Some(count) => write!(f, ", {count} messages lost")?,
+            None => {}
+        }
+        write!(f, ": {}", self.why)
+    }
+}
+
+/// More losses than this are only counted.
+const MOST: usize = 200;
+
+/// Every loss of a file.
+#[derive(Debug, Default)]
+pub struct Losses {
+    list: Vec<Loss>,
+    more: u64,
+}
+
+impl Losses {
+    /// Whether there is any.
+    pub fn any(&self) -> bool {
+        !self.list.is_empty()
+    }
+
+    /// Adds one.
+    pub fn add(&mut self, loss: Loss) {
+        if self.list.len() < MOST {
+            self.list.push(loss);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// Adds a message outside of chunks: one loss for all that follow each other for one reason.
+    pub fn add_message(&mut self, offset: u64, end: u64, why: Why) {
+        const WHAT: &str = "messages";
+        match self.list.last_mut() {
+            Some(last) if last.why == why && last.what == WHAT => {
+                last.bytes = end.saturating_sub(last.offset);
+                last.messages = last.messages.map(|count| count + 1);
+            }
+            _ => self.add(Loss {
+                messages: Some(1),
+                ..Loss::new(offset, end.saturating_sub(offset), WHAT, why)
+            }),
+        }
+    }
+
+    /// Whether the last loss reaches to some place.
+    pub fn reach(&self, end: u64) -> bool {
+        let last = self.list.last();
+        last.is_some_and(|loss| loss.offset.saturating_add(loss.bytes) == end)
+    }
+
+    /// All of them, by offset, with times told from the first message on.
+    pub fn finish(mut self, log_start: Option<u64>) -> Vec<Loss> {
+        self.list.sort_by_key(|loss| loss.offset);
+        if self.more > 0 {
+            let why = Why::More(self.more);
+            self.list.push(Loss::new(0, 0, "the list ends here", why));
+        }
+        for loss in &mut self.list {
+            loss.log_start = log_start;
+        }
+        self.list
+    }
+}

@@ -1,0 +1,287 @@
+//! What follows damage: where to go on, and what was lost.
+
+use std::io::{Read, Seek};
+
+use super::loss::{Loss, Why};
+use super::record::{self, ChunkHeader, PREFIX, op};
+use super::scan::{self, Prefix, Sought, next_record};
+use super::walker::{Next, Walker};
+use super::{MAGIC, MAX_CHUNK, OpenError};
+
+/// A chunk, and nothing else.
+const A_CHUNK: Sought<'static> = Sought {
+    data_end: false,
+    messages: None,
+};
+
+impl<R: Read + Seek> Walker<'_, R> {
+    /// Reports a chunk that cannot be used, and goes on behind it. Its length may be wrong as well.
+    pub(super) fn lose_chunk(
+        &mut self,
+        at: u64,
+        end: u64,
+        span: Option<(u64, u64)>,
+        why: Why,
+    ) -> Next {
+        self.chunked = true;
+        self.passed = at + 1;
+        let trusted = match why {
+            _ if self.places.at(at).is_some() => true,
+            // Nothing speaks against the length of these.
+            Why::Compression(_) | Why::TooLarge(_) | Why::Bomb(_) => true,
+            _ => false,
+        };
+        let next = if trusted {
+            end
+        } else {
+            self.behind_lost_chunk(at, end)?
+        };
+        let described = self.places.described(at).map(|index| index.span);
+        let messages = if next < end {
+            None
+        } else {
+            self.indexed_messages(end)?
+        };
+        self.losses.add(Loss {
+            span: described.or(span),
+            messages,
+            ..Loss::new(at, next.min(end) - at, "a chunk", why)
+        });
+        Ok(Some(next))
+    }
+
+    /// The next chunk behind one whose length may be wrong: within it, behind it, or wherever a scan
+    /// finds one, since what stands at a wrong end may look like a record by chance.
+    fn behind_lost_chunk(&mut self, at: u64, end: u64) -> Result<u64, OpenError> {
+        if let Some(inside) = next_record(&mut self.source, at + 1, end, A_CHUNK)? {
+            return Ok(inside);
+        }
+        let length = self.source.length();
+        let mut follows = end;
+        while let Some(prefix) = scan::prefix(&mut self.source, follows)?
+            && prefix.is_message_index()
+            && prefix.end(follows) <= length
+        {
+            follows = prefix.end(follows);
+        }
+        let limit = self.limit(at);
+        let sought = Sought {
+            data_end: true,
+            ..A_CHUNK
+        };
+        if follows >= limit || scan::begins(&mut self.source, follows, sought)? {
+            return Ok(end);
+        }
+        Ok(next_record(&mut self.source, end, limit, sought)?.unwrap_or(limit))
+    }
+
+    /// The messages that the message indexes from `at` on list.
+    pub(super) fn indexed_messages(&mut self, mut at: u64) -> Result<Option<u64>, OpenError> {
+        const HEAD: u64 = 6;
+        const ENTRY: u64 = 16;
+        let mut count = None;
+        while let Some(prefix) = scan::prefix(&mut self.source, at)?
+            && prefix.opcode == op::MESSAGE_INDEX
+            && prefix.end(at) <= self.source.length()
+        {
+            let body = self.source.get(at + PREFIX, HEAD.min(prefix.length))?;
+            // No more than the record has room for.
+            let listed = record::indexed_messages(body)
+                .unwrap_or_default()
+                .min(prefix.length / ENTRY);
+            count = Some(count.unwrap_or(0_u64).saturating_add(listed));
+            at = prefix.end(at);
+        }
+        Ok(count)
+    }
+
+    /// Reports damage at some place, and finds the next one where reading can go on; behind
+    /// `message`, where the damage may have begun within a message that ends there.
+    pub(super) fn go_on(&mut self, at: u64, message: Option<u64>) -> Next {
+        let length = self.source.length();
+        if let Some(index) = self.places.at(at).copied() {
+            let after = self.places.after(at).map_or(length, |next| next.offset);
+            let next = index.end().min(after).clamp(at + 1, length);
+            let messages = self.indexed_messages(next)?;
+            self.losses.add(Loss {
+                span: Some(index.span),
+                messages,
+                ..Loss::new(at, next - at, "a chunk", Why::Prefix)
+            });
+            return Ok(Some(next));
+        }
+        let searched = self
+            .places
+            .after(at)
+            .map_or(self.limit(at), |next| next.offset);
+        // A damaged length may have led past a chunk, to what looked like a record by chance.
+        let missed = next_record(&mut self.source, self.passed.min(at), at, A_CHUNK)?;
+        self.passed = self.passed.max(at + 1);
+        if let Some(missed) = missed {
+            self.losses
+                .add(Loss::new(missed, 0, "what stands before", Why::Prefix));
+            return Ok(Some(missed));
+        }
+        let sought = Sought {
+            data_end: self.tail.limit.is_none(),
+            messages: (!self.chunked).then_some(&self.used.registry),
+        };
+        let from = message.unwrap_or(at).saturating_add(1);
+        let next = next_record(&mut self.source, from, searched, sought)?
+            .unwrap_or(searched.max(at + 1).min(length));
+        let why = if self.is_zero(message.unwrap_or(at), next)? {
+            Why::Zeros
+        } else if next == length && self.is_cut(at)? {
+            Why::Cut
+        } else {
+            Why::Prefix
+        };
+        let what = match why {
+            Why::Cut => self.cut_kind(at)?,
+            _ if next == length => "everything to the end of the file",
+            _ => "a part",
+        };
+        let loss = Loss::new(at, next - at, what, why);
+        self.losses.add(match self.places.described(at) {
+            Some(index) => Loss {
+                what: "a chunk",
+                span: Some(index.span),
+                ..loss
+            },
+            None => loss,
+        });
+        Ok(Some(next))
+    }
+
+    /// A record that the file ends within, if its length is right.
+    pub(super) fn cut_off(&mut self, at: u64, prefix: Prefix) -> Next {
+        let length = self.source.length();
+        if prefix.opcode != op::CHUNK {
+            return self.go_on(at, None);
+        }
+        let head = self.source.get(at + PREFIX, ChunkHeader::ROOM)?;
+        let header = ChunkHeader::parse(head).ok();
+        let Some(header) = header.filter(|header| header.fills(prefix.length)) else {
+            return self.go_on(at, None);
+        };
+        let sought = Sought {
+            data_end: true,
+            ..A_CHUNK
+        };
+        if next_record(&mut self.source, at + 1, length, sought)?.is_some() {
+            return self.go_on(at, None); // the file does go on
+        }
+        self.chunked = true;
+        let before = self.used.messages;
+        let from = at + PREFIX + header.length;
+        let present = ChunkHeader {
+            compressed: length.saturating_sub(from),
+            ..header
+        };
+        let why = match self.unpacker.beginning(&mut self.source, from, &present)? {
+            Err(why) => why,
+            Ok(records) => {
+                self.used.records(records, true);
+                match self.used.messages - before {
+                    0 => Why::Cut,
+                    used => Why::CutOff { used },
+                }
+            }
+        };
+        self.losses.add(Loss {
+            span: Some(present.span),
+            ..Loss::new(at, length - at, "the last chunk", why)
+        });
+        Ok(Some(length))
+    }
+
+    /// What the file ends within.
+    fn cut_kind(&mut self, at: u64) -> Result<&'static str, OpenError> {
+        let prefix = scan::prefix(&mut self.source, at)?;
+        Ok(match prefix.map(|prefix| prefix.opcode) {
+            Some(op::CHUNK) => "the last chunk",
+            Some(op::MESSAGE) => "the last message",
+            _ => "a record",
+        })
+    }
+
+    /// Whether a record plainly begins there and the file ends within it.
+    fn is_cut(&mut self, at: u64) -> Result<bool, OpenError> {
+        let length = self.source.length();
+        let prefix = scan::prefix(&mut self.source, at)?;
+        Ok(!self.tail.magic
+            && prefix.is_none_or(|prefix| {
+                prefix.is_possible() && prefix.length <= MAX_CHUNK && prefix.end(at) > length
+            }))
+    }
+
+    pub(super) fn is_zero(&mut self, from: u64, to: u64) -> Result<bool, OpenError> {
+        const STRIDE: u64 = 64 << 10;
+        let mut at = from;
+        while at < to {
+            let bytes = self.source.get(at, STRIDE.min(to - at))?;
+            if bytes.iter().any(|byte| *byte != 0) {
+                return Ok(false);
+            }
+            at += STRIDE;
+        }
+        Ok(from < to)
+    }
+
+    /// The file's end, before the data section's.
+    pub(super) fn end(&mut self, at: u64) -> Next {
+        let length = self.source.length();
+        if at < length {
+            let bytes = length - at;
+            let why = if self.is_zero(at, length)? {
+                Why::Zeros
+            } else {
+                Why::Cut
+            };
+            self.losses.add(Loss::new(at, bytes, "a record", why));
+        } else if !self.losses.reach(length) {
+            self.losses
+                .add(Loss::new(length, 0, "the end", Why::NoFooter));
+        }
+        Ok(None)
+    }
+
+    /// What follows the data section: the summary, and what should not be there.
+    pub(super) fn close(&mut self, summary: u64) -> Next {
+        let length = self.source.length();
+        let rest = length.saturating_sub(summary);
+        if self.tail.footer {
+            if self.tail.damaged {
+                self.losses
+                    .add(Loss::new(summary, rest, "the summary", Why::Summary));
+            }
+            return Ok(None);
+        }
+        let mut at = summary;
+        while let Some(prefix) = scan::prefix(&mut self.source, at)?
+            && prefix.is_possible()
+            && prefix.end(at) <= length
+        {
+            at = prefix.end(at);
+            if prefix.opcode == op::FOOTER && self.source.peek(at)? == Some(MAGIC) {
+                let end = at + MAGIC.len() as u64;
+                let why = if self.is_zero(end, length)? {
+                    Why::Zeros
+                } else {
+                    Why::Trailing
+                };
+                let what = "what follows the log";
+                self.losses.add(Loss::new(end, length - end, what, why));
+                return Ok(None);
+            }
+        }
+        let why = if self.tail.magic {
+            Why::Summary
+        } else {
+            Why::NoFooter
+        };
+        self.losses
+            .add(Loss::new(summary, rest, "the summary", why));
+        Ok(None)
+    }
+}

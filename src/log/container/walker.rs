@@ -1,0 +1,296 @@
+//! One record after the other.
+//!
+//! What to do about a damaged one is in `recover`.
+
+use std::io::{Read, Seek};
+
+use super::chunk::Unpacker;
+use super::loss::{Loss, Losses, Why};
+use super::place::{Places, is_chunk};
+use super::record::{ChunkHeader, Inner, PREFIX, op};
+use super::scan::{self, Prefix, is_data_end};
+use super::source::Source;
+use super::tail::{DATA_END, Tail};
+use super::trust::data_section;
+use super::used::{Used, Visit};
+use super::{MAGIC, MAX_CHUNK, OpenError};
+
+/// Walks over a file.
+pub struct Walker<'v, R> {
+    pub(super) source: Source<R>,
+    pub(super) tail: Tail,
+    pub(super) places: Places,
+    pub(super) unpacker: Unpacker,
+    pub(super) used: Used<'v>,
+    pub(super) losses: Losses,
+    /// Whether the file has chunks.
+    pub(super) chunked: bool,
+    /// Behind the last chunk that was used or given up: no chunk before here is missing.
+    pub(super) passed: u64,
+    /// Whether the data section's checksum agrees, once that was asked.
+    section: Option<bool>,
+    /// What no checksum vouches for.
+    distrusted: Option<Loss>,
+}
+
+/// Where to go on; `None` at the end.
+pub(super) type Next = Result<Option<u64>, OpenError>;
+
+impl<'v, R: Read + Seek> Walker<'v, R> {
+    /// Opens a file: its magic bytes and its tail.
+    pub fn new(input: R, visit: &'v mut Visit<'v>) -> Result<Self, OpenError> {
+        let mut source = Source::new(input)?;
+        let mut tail = Tail::read(&mut source)?;
+        let begins = source.peek(0)? == Some(MAGIC);
+        if !(begins || tail.footer) {
+            return Err(OpenError::NotMcap);
+        }
+        let mut losses = Losses::default();
+        if !begins {
+            let what = "the beginning of the file";
+            losses.add(Loss::new(0, MAGIC.len() as u64, what, Why::Magic));
+        }
+        let mut places = Places::default();
+        let mut fallback = None;
+        if let Some(summary) = &mut tail.summary {
+            places = Places::find(&mut source, summary)?;
+            fallback = Some(std::mem::take(&mut summary.registry));
+        }
+        Ok(Self {
+            unpacker: Unpacker::new(source.length()),
+            chunked: places.any(),
+            source,
+            tail,
+            places,
+            used: Used::new(fallback.unwrap_or_default(), visit),
+            losses,
+            passed: MAGIC.len() as u64,
+            section: None,
+            distrusted: None,
+        })
+    }
+
+    /// Walks to the end.
+    pub fn run(mut self) -> Result<Vec<Loss>, OpenError> {
+        let mut at = MAGIC.len() as u64;
+        while let Some(next) = self.step(at)? {
+            at = next;
+        }
+        if let Some(loss) = self.distrusted.take() {
+            self.losses.add(loss);
+        }
+        self.compare()?;
+        let start = self.tail.summary.as_ref().and_then(|summary| summary.start);
+        let start = self.used.start.into_iter().chain(start).min();
+        Ok(self.losses.finish(start))
+    }
+
+    /// Where the data section ends at the latest.
+    pub(super) fn limit(&self, at: u64) -> u64 {
+        self.tail
+            .limit
+            .filter(|limit| *limit >= at)
+            .unwrap_or(self.source.length())
+    }
+
+    fn step(&mut self, at: u64) -> Next {
+        if self.tail.limit == Some(at) && self.tail.data_end != Some(at) {
+            return self.close(at);
+        }
+        let length = self.source.length();
+        if at >= length {
+            return self.end(at);
+        }
+        let Some(prefix) = scan::prefix(&mut self.source, at)? else {
+            return self.end(at);
+        };
+        let end = prefix.end(at);
+        let skips_chunk = self.places.after(at).is_some_and(|next| next.offset < end);
+        let is_not_its_chunk = self
+            .places
+            .at(at)
+            .is_some_and(|index| prefix.opcode != op::CHUNK || index.end() != end);
+        if !prefix.is_possible() || skips_chunk || is_not_its_chunk {
+            return self.go_on(at, None);
+        }
+        match prefix.opcode {
+            op::DATA_END if self.ends_data(at)? => return self.close(at + DATA_END),
+            op::FOOTER if prefix.length == 20 && self.source.peek(end)? == Some(MAGIC) => {
+                return self.close(at);
+            }
+            op::DATA_END | op::FOOTER => return self.go_on(at, None),
+            _ => {}
+        }
+        if end > length && !self.tail.magic {
+            return self.cut_off(at, prefix);
+        }
+        if end > self.limit(at) {
+            return self.go_on(at, None);
+        }
+        match prefix.opcode {
+            op::CHUNK => self.chunk(at, prefix),
+            // Outside of chunks, and behind damage, they are more likely the inside of a damaged one.
+            op::SCHEMA | op::CHANNEL | op::MESSAGE if self.chunked && self.losses.any() => {
+                self.go_on(at, None)
+            }
+            op::SCHEMA | op::CHANNEL => self.definition(at, prefix),
+            op::MESSAGE => self.message(at, prefix),
+            _ => self.pass_over(at, prefix),
+        }
+    }
+
+    /// Whether a data end record stands where the data section ends.
+    fn ends_data(&mut self, at: u64) -> Result<bool, OpenError> {
+        Ok(match self.tail.data_end {
+            Some(data_end) => data_end == at,
+            None => is_data_end(&mut self.source, at)?,
+        })
+    }
+
+    fn chunk(&mut self, at: u64, prefix: Prefix) -> Next {
+        self.chunked = true;
+        let end = prefix.end(at);
+        let head = ChunkHeader::ROOM.min(prefix.length);
+        let header = ChunkHeader::parse(self.source.get(at + PREFIX, head)?);
+        let Some(header) = header.ok().filter(|header| header.fills(prefix.length)) else {
+            return self.lose_chunk(at, end, None, Why::Header);
+        };
+        if header.checksum == 0 && header.compressed > 0 && !self.section_agrees()? {
+            let count = self.indexed_messages(end)?;
+            self.distrust(at, end, count);
+            return Ok(Some(end));
+        }
+        let from = at + PREFIX + header.length;
+        match self.unpacker.records(&mut self.source, from, &header)? {
+            Err(why) => self.lose_chunk(at, end, Some(header.span), why),
+            Ok(records) => {
+                self.passed = end;
+                let inside = self.used.records(records, false);
+                if let Some(why) = inside.why {
+                    let what = "a part of a chunk";
+                    self.losses.add(Loss {
+                        span: Some(header.span),
+                        messages: (!inside.overrun).then_some(inside.lost),
+                        ..Loss::new(at, end - at, what, why)
+                    });
+                }
+                Ok(Some(end))
+            }
+        }
+    }
+
+    fn definition(&mut self, at: u64, prefix: Prefix) -> Next {
+        let end = prefix.end(at);
+        let outcome = if prefix.length > MAX_CHUNK {
+            Err(Why::TooLarge(prefix.length))
+        } else {
+            self.used.define(Inner {
+                opcode: prefix.opcode,
+                body: self.source.get(at + PREFIX, prefix.length)?,
+            })
+        };
+        if let Err(why) = outcome {
+            self.losses
+                .add(Loss::new(at, end - at, "a definition", why));
+        }
+        Ok(Some(end))
+    }
+
+    /// A message outside of chunks.
+    fn message(&mut self, at: u64, prefix: Prefix) -> Next {
+        let end = prefix.end(at);
+        if !self.section_agrees()? {
+            self.distrust(at, end, Some(1));
+            return Ok(Some(end));
+        }
+        // What damaged the record behind it may have begun within it.
+        if !self.could_begin(end)? {
+            return self.go_on(at, Some(end));
+        }
+        let outcome = if prefix.length > MAX_CHUNK {
+            Err(Why::TooLarge(prefix.length))
+        } else {
+            let body = self.source.get(at + PREFIX, prefix.length)?;
+            self.used.message(body)
+        };
+        if let Err(why) = outcome {
+            self.losses.add_message(at, end, why);
+        }
+        Ok(Some(end))
+    }
+
+    /// A record of which nothing is used.
+    fn pass_over(&mut self, at: u64, prefix: Prefix) -> Next {
+        let end = prefix.end(at);
+        if is_chunk(&mut self.source, at + PREFIX, prefix.length)? {
+            return self.lose_chunk(at, end, None, Why::Prefix);
+        }
+        // A length that leads nowhere may have led past something.
+        if self.could_begin(end)? {
+            Ok(Some(end))
+        } else {
+            self.go_on(at, None)
+        }
+    }
+
+    /// Whether a record could begin there, or the file ends.
+    fn could_begin(&mut self, at: u64) -> Result<bool, OpenError> {
+        let length = self.source.length();
+        Ok(scan::prefix(&mut self.source, at)?
+            .is_none_or(|next| next.is_possible() && (next.end(at) <= length || !self.tail.magic)))
+    }
+
+    /// Whether the data section's checksum does not speak against what only it covers.
+    fn section_agrees(&mut self) -> Result<bool, OpenError> {
+        if let Some(agrees) = self.section {
+            return Ok(agrees);
+        }
+        let agrees = match self.tail.data_end {
+            Some(data_end) => data_section(&mut self.source, data_end)?.unwrap_or(true),
+            None => true,
+        };
+        self.section = Some(agrees);
+        Ok(agrees)
+    }
+
+    /// Leaves out what the data section's checksum speaks against.
+    fn distrust(&mut self, at: u64, end: u64, messages: Option<u64>) {
+        let what = "all that has no checksum of its own";
+        let loss = self
+            .distrusted
+            .get_or_insert_with(|| Loss::new(at, 0, what, Why::DataSection));
+        loss.bytes = end.saturating_sub(loss.offset);
+        if let Some(more) = messages {
+            loss.messages = Some(loss.messages.unwrap_or_default().saturating_add(more));
+        }
+    }
+
+    /// Reports a loss that nothing else has shown, by the number of messages or else by the checksum
+    /// over everything.
+    fn compare(&mut self) -> Result<(), OpenError> {
+        if self.losses.any() {
+            return Ok(());
+        }
+        let summary = self.tail.summary.as_ref();
+        let read = self.used.messages;
+        match summary.and_then(|summary| summary.messages) {
+            Some(counted) if counted == read => {}
+            Some(counted) => self.losses.add(Loss {
+                messages: counted.checked_sub(read),
+                ..Loss::new(
+                    0,
+                    0,
+                    "the number of messages is wrong",
+                    Why::Count { counted, read },
+                )
+            }),
+            None if self.section_agrees()? => {}
+            None => {
+                let end = self.limit(0);
+                let what = "the data section";
+                self.losses.add(Loss::new(0, end, what, Why::BetweenChunks));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,180 @@
+//! Files made to break a reader.
+
+use std::time::{Duration, Instant};
+
+use crate::pristine::read;
+use crate::raw::{Chunk, channel, claiming, end, file, good, message, record};
+
+/// Reads a file between two good chunks, which must both be used, and gives all that was lost.
+fn between(middle: Vec<u8>) -> (Vec<u64>, Vec<String>) {
+    let started = Instant::now();
+    let (found, losses) = read(&file(&[good(&[1, 2]), middle, good(&[8, 9]), end()])).unwrap();
+    assert!(started.elapsed() < Duration::from_secs(8));
+    let times: Vec<u64> = found.iter().map(|(_, time, _)| *time).collect();
+    assert!(times.starts_with(&[1, 2]), "{times:?} {losses:?}");
+    assert!(times.ends_with(&[8, 9]), "{times:?} {losses:?}");
+    let inside = times[2..times.len() - 2].to_vec();
+    (inside, losses.iter().map(ToString::to_string).collect())
+}
+
+fn lost(middle: Vec<u8>, said: &str) {
+    let (times, losses) = between(middle);
+    assert!(times.is_empty(), "{times:?}");
+    assert!(losses.iter().any(|loss| loss.contains(said)), "{losses:?}");
+}
+
+#[test]
+fn lengths_that_no_file_has() {
+    for length in [u64::MAX, u64::MAX - 8, 1 << 63, 1 << 40, 200 << 20] {
+        for opcode in [3, 4, 5, 6, 7, 9, 12, 0x90] {
+            lost(claiming(opcode, length, &[7; 50]), "its length is damaged");
+        }
+    }
+    // Inside a chunk: what stands before is used.
+    let inside = [message(1, 5), claiming(5, u64::MAX, &[1; 30])].concat();
+    let (times, losses) = between(Chunk::plain(&inside).bytes());
+    assert_eq!(times, [5]);
+    assert!(losses[0].contains("runs beyond its end"), "{losses:?}");
+    // Inside a message's and a schema's fields.
+    for opcode in [3, 4] {
+        let (_, losses) = between(record(opcode, &[0xff; 40]));
+        assert!(losses[0].contains("a field runs beyond"), "{losses:?}");
+    }
+    lost(record(6, &[0xff; 80]), "its header is damaged");
+}
+
+#[test]
+fn chunks_that_unpack_to_more_or_less_than_they_say() {
+    let zeros = vec![0; 100 << 20];
+    let bomb = zstd::encode_all(zeros.as_slice(), 1).unwrap();
+    let chunk = |uncompressed, records: &[u8]| {
+        Chunk {
+            records,
+            uncompressed,
+            checksum: 0,
+            compression: "zstd",
+        }
+        .bytes()
+    };
+    lost(
+        chunk(1000, &bomb),
+        "it holds 1001 bytes uncompressed and should hold 1000",
+    );
+    lost(chunk(u64::MAX, &bomb), "no more than 134217728 are read");
+    lost(chunk(128 << 20, &bomb), "it holds 104857600 bytes");
+    let few = zstd::encode_all(&b"abc"[..], 1).unwrap();
+    lost(chunk(100 << 20, &few), "it holds 3 bytes");
+}
+
+#[test]
+fn a_file_of_bombs_ends() {
+    let bomb = zstd::encode_all(vec![0; 120 << 20].as_slice(), 1).unwrap();
+    let chunk = Chunk {
+        records: &bomb,
+        uncompressed: 120 << 20,
+        checksum: 0,
+        compression: "zstd",
+    };
+    let started = Instant::now();
+    let (_, losses) = read(&file(&vec![chunk.bytes(); 60])).unwrap();
+    assert!(
+        losses
+            .iter()
+            .any(|l| l.to_string().contains("unpack to more"))
+    );
+    assert!(
+        started.elapsed() < Duration::from_secs(30),
+        "{:?}",
+        started.elapsed()
+    );
+}
+
+#[test]
+fn compressions_that_are_none() {
+    let records = message(1, 5);
+    for compression in ["brotli", "zstd", "lz4"] {
+        let chunk = Chunk {
+            compression,
+            ..Chunk::plain(&records)
+        };
+        let said = if compression == "brotli" {
+            "its compression, `brotli`, is not known"
+        } else {
+            ""
+        };
+        lost(chunk.bytes(), said);
+    }
+}
+
+#[test]
+fn chunks_with_and_without_checksum() {
+    let records = message(1, 5);
+    let chunk = |checksum| Chunk {
+        checksum,
+        ..Chunk::plain(&records)
+    };
+    assert_eq!(between(chunk(0).bytes()), (vec![5], vec![]));
+    lost(chunk(77).bytes(), "its checksum is");
+    assert_eq!(between(Chunk::plain(&[]).bytes()), (vec![], vec![]));
+}
+
+#[test]
+fn records_with_short_bodies() {
+    for opcode in 7..=14 {
+        assert_eq!(between(record(opcode, &[])), (vec![], vec![]), "{opcode}");
+        assert_eq!(between(record(opcode, &[1; 11])), (vec![], vec![]));
+    }
+    for opcode in 1..=6 {
+        let chunk = record(opcode, &[]);
+        assert_eq!(between(chunk).0, [0_u64; 0], "{opcode}");
+    }
+    let inside: Vec<u8> = (1..=14).flat_map(|opcode| record(opcode, &[9])).collect();
+    assert_eq!(between(Chunk::plain(&inside).bytes()).0, [0_u64; 0]);
+}
+
+#[test]
+fn channels_that_are_unknown_or_change_their_meaning() {
+    let unknown = Chunk::plain(&message(3, 5)).bytes();
+    lost(unknown, "1 message lost: channel 3");
+    let (found, losses) = read(&file(&[
+        good(&[1]),
+        Chunk::plain(&[channel(1, "/other"), message(1, 5)].concat()).bytes(),
+        good(&[9]),
+        end(),
+    ]))
+    .unwrap();
+    // Whatever is on it from there on could mean one thing or the other.
+    assert_eq!(found.len(), 1);
+    assert!(losses[0].to_string().contains("defined a second time"));
+}
+
+#[test]
+fn what_follows_the_end() {
+    let whole = file(&[good(&[1, 2]), end()]);
+    for (more, said) in [
+        (vec![0; 5000], "zeros"),
+        (vec![0xA5; 5000], "no part of the log"),
+    ] {
+        let (found, losses) = read(&[whole.clone(), more].concat()).unwrap();
+        assert_eq!(found.len(), 2);
+        assert!(losses[0].to_string().contains(said), "{losses:?}");
+    }
+    // Another log: its messages are used, and what lies between the two is told.
+    let (found, losses) = read(&[whole.clone(), whole].concat()).unwrap();
+    assert_eq!((found.len(), losses.len()), (4, 1), "{losses:?}");
+}
+
+#[test]
+fn outside_of_chunks_in_any_order() {
+    let records = [channel(1, "/a"), message(1, 9), message(1, 2), end()];
+    let (found, losses) = read(&file(&records)).unwrap();
+    assert_eq!(found.len(), 2);
+    assert!(losses.is_empty(), "{losses:?}");
+    let records = [message(1, 9), channel(1, "/a"), message(1, 2), end()];
+    let (found, losses) = read(&file(&records)).unwrap();
+    assert_eq!(found.len(), 1);
+    assert!(
+        losses[0].to_string().contains("1 message lost"),
+        "{losses:?}"
+    );
+}
