@@ -45,6 +45,26 @@ pub enum NoMount {
     Vertical,
 }
 
+impl Mount {
+    /// A mount that does not move, laid into the plane.
+    ///
+    /// # Errors
+    /// When the beam is vertical.
+    pub fn projected(robot_from_beam: &Isometry3<f64>) -> Result<Self, NoMount> {
+        let axis = robot_from_beam.rotation * Vector3::x();
+        if axis.xy().norm() < 1e-6 {
+            return Err(NoMount::Vertical);
+        }
+        let position = robot_from_beam.translation.vector;
+        let tilt = libm::atan2(axis.z, axis.xy().norm());
+        Ok(Self {
+            robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
+            tilt: (tilt.abs() > TILT).then_some(tilt),
+            moved: false,
+        })
+    }
+}
+
 impl TransformTree {
     /// Takes a transform. A fixed one (`/tf_static`) stands before one from `/tf`; among fixed
     /// ones the last, among others the first counts.
@@ -84,11 +104,17 @@ impl TransformTree {
         frames
     }
 
-    /// The mount of a sensor, through the chain of transforms that joins it to the robot.
+    /// The mount of a beam in a sensor's frame, through the chain of transforms that joins the
+    /// frame to the robot.
     ///
     /// # Errors
     /// When no chain does, or the beam is vertical.
-    pub fn mount(&self, robot_frame: &str, sensor_frame: &str) -> Result<Mount, NoMount> {
+    pub fn mount(
+        &self,
+        robot_frame: &str,
+        sensor_frame: &str,
+        sensor_from_beam: &Isometry3<f64>,
+    ) -> Result<Mount, NoMount> {
         let (robot, sensor) = (self.ancestry(robot_frame), self.ancestry(sensor_frame));
         let (from_robot, from_sensor) = robot
             .iter()
@@ -97,17 +123,28 @@ impl TransformTree {
         let robot_from_sensor = from_robot
             .frame_from_start
             .inv_mul(&from_sensor.frame_from_start);
-        let axis = robot_from_sensor.rotation * Vector3::x();
-        if axis.xy().norm() < 1e-6 {
-            return Err(NoMount::Vertical);
-        }
-        let position = robot_from_sensor.translation.vector;
-        let tilt = libm::atan2(axis.z, axis.xy().norm());
         Ok(Mount {
-            robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
-            tilt: (tilt.abs() > TILT).then_some(tilt),
             moved: from_robot.moved || from_sensor.moved,
+            ..Mount::projected(&(robot_from_sensor * sensor_from_beam))?
         })
+    }
+
+    /// The frame that a sensor is mounted on in the end: the top of its chain of transforms, as
+    /// far as these do not move and below `world_frame`. `None` for a frame without transforms.
+    pub fn carrier(&self, sensor_frame: &str, world_frame: &str) -> Option<&str> {
+        let mut carrier = None;
+        let mut frame = sensor_frame;
+        for _ in 0..self.edges.len() {
+            let Some(edge) = self.edges.get(frame) else {
+                break;
+            };
+            if edge.moved || edge.parent == world_frame {
+                return carrier.or_else(|| self.edges.get_key_value(frame).map(|(f, _)| &**f));
+            }
+            carrier = Some(edge.parent.as_str());
+            frame = &edge.parent;
+        }
+        carrier
     }
 
     /// A frame and all above it, nearest first.
@@ -141,7 +178,7 @@ struct Ancestor<'a> {
 mod tests {
     use super::*;
     use nalgebra::{Translation3, UnitQuaternion};
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     fn transform(parent: &str, child: &str, xyz: [f64; 3], rpy: [f64; 3]) -> TransformMessage {
         TransformMessage {
@@ -152,6 +189,10 @@ mod tests {
                 UnitQuaternion::from_euler_angles(rpy[0], rpy[1], rpy[2]),
             )),
         }
+    }
+
+    fn mount(tree: &TransformTree, robot: &str, sensor: &str) -> Result<Mount, NoMount> {
+        tree.mount(robot, sensor, &Isometry3::identity())
     }
 
     fn close(a: Pose2, b: Pose2) -> bool {
@@ -170,7 +211,7 @@ mod tests {
             true,
         );
         tree.add(transform("ring", "sonar", [0.1, 0.0, 0.0], [0.0; 3]), true);
-        let below = tree.mount("base_footprint", "sonar").unwrap();
+        let below = mount(&tree, "base_footprint", "sonar").unwrap();
         assert!(close(
             below.robot_from_sensor,
             Pose2::new(0.5, 0.1, FRAC_PI_2)
@@ -179,7 +220,7 @@ mod tests {
             transform("base_footprint", "head", [-1.0, 0.0, 0.0], [0.0; 3]),
             true,
         );
-        let across = tree.mount("head", "sonar").unwrap();
+        let across = mount(&tree, "head", "sonar").unwrap();
         assert!(close(
             across.robot_from_sensor,
             Pose2::new(1.5, 0.1, FRAC_PI_2)
@@ -189,9 +230,12 @@ mod tests {
     #[test]
     fn the_robots_own_frame_is_a_mount_and_an_unknown_one_is_not() {
         let tree = TransformTree::default();
-        let own = tree.mount("base_link", "base_link").unwrap();
+        let own = mount(&tree, "base_link", "base_link").unwrap();
         assert_eq!(own.robot_from_sensor, Pose2::IDENTITY);
-        assert_eq!(tree.mount("base_link", "sonar"), Err(NoMount::Unconnected));
+        assert_eq!(
+            mount(&tree, "base_link", "sonar"),
+            Err(NoMount::Unconnected)
+        );
     }
 
     #[test]
@@ -209,7 +253,7 @@ mod tests {
             transform("base_link", "sonar", [8.0, 0.0, 0.0], [0.0; 3]),
             false,
         );
-        let mount = tree.mount("base_link", "sonar").unwrap();
+        let mount = mount(&tree, "base_link", "sonar").unwrap();
         assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.0, 0.0)));
         assert!(!mount.moved);
     }
@@ -221,12 +265,12 @@ mod tests {
             transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
             false,
         );
-        assert!(!tree.mount("base_link", "sonar").unwrap().moved);
+        assert!(!mount(&tree, "base_link", "sonar").unwrap().moved);
         tree.add(
             transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0, 0.0, 0.3]),
             false,
         );
-        assert!(tree.mount("base_link", "sonar").unwrap().moved);
+        assert!(mount(&tree, "base_link", "sonar").unwrap().moved);
     }
 
     #[test]
@@ -234,12 +278,12 @@ mod tests {
         let mut tree = TransformTree::default();
         tree.add(transform("a", "b", [0.0; 3], [0.0; 3]), true);
         tree.add(transform("b", "a", [0.0; 3], [0.0; 3]), true);
-        assert_eq!(tree.mount("base_link", "a"), Err(NoMount::Unconnected));
+        assert_eq!(mount(&tree, "base_link", "a"), Err(NoMount::Unconnected));
         tree.add(
             transform("base_link", "up", [0.0; 3], [0.0, -FRAC_PI_2, 0.0]),
             true,
         );
-        assert_eq!(tree.mount("base_link", "up"), Err(NoMount::Vertical));
+        assert_eq!(mount(&tree, "base_link", "up"), Err(NoMount::Vertical));
     }
 
     #[test]
@@ -249,8 +293,39 @@ mod tests {
             transform("base_link", "s", [0.1, 0.2, 0.3], [0.0, -0.2, 1.0]),
             true,
         );
-        let mount = tree.mount("base_link", "s").unwrap();
+        let mount = mount(&tree, "base_link", "s").unwrap();
         assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.2, 1.0)));
         assert!((mount.tilt.unwrap() - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_beam_turns_with_its_frame() {
+        let mut tree = TransformTree::default();
+        let flipped = transform("base_link", "ring", [0.1, 0.0, 0.0], [PI, 0.0, 0.0]);
+        tree.add(flipped, true);
+        let beam = Isometry3::rotation(Vector3::z() * 0.3);
+        let mount = tree.mount("base_link", "ring", &beam).unwrap();
+        assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.0, -0.3)));
+    }
+
+    #[test]
+    fn what_carries_a_sensor_stands_still_against_it() {
+        let mut tree = TransformTree::default();
+        for x in [1.0, 2.0] {
+            let moving = transform("odom", "base_footprint", [x, 0.0, 0.0], [0.0; 3]);
+            tree.add(moving, false);
+        }
+        tree.add(
+            transform("base_footprint", "base_link", [0.0; 3], [0.0; 3]),
+            true,
+        );
+        tree.add(transform("base_link", "s", [0.1, 0.0, 0.0], [0.0; 3]), true);
+        assert_eq!(tree.carrier("s", "map"), Some("base_footprint"));
+        assert_eq!(tree.carrier("s", "base_footprint"), Some("base_link"));
+        assert_eq!(
+            tree.carrier("base_footprint", "odom"),
+            Some("base_footprint")
+        );
+        assert_eq!(tree.carrier("unknown", "odom"), None);
     }
 }
