@@ -2,12 +2,15 @@
 //!
 //! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
 
+pub mod channel;
 pub mod file;
 pub mod keys;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+use channel::ChannelFields;
 
 /// How arcs are labelled and features fused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,6 +42,9 @@ pub struct Config {
     pub sonars: SonarDefaults,
     /// What is known of single sonars, by name.
     pub sonar: BTreeMap<String, SonarOverride>,
+    /// Messages of unknown types, by topic.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub channel: BTreeMap<String, ChannelFields>,
 }
 
 /// What is read from the log.
@@ -62,6 +68,8 @@ pub struct Input {
     /// `child_frame_id` where not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot_frame: Option<String>,
+    /// Leave out readings that merely repeat a sonar's last value while the robot moved.
+    pub drop_repeats: bool,
 }
 
 /// How readings are grouped into frames.
@@ -169,6 +177,7 @@ impl Default for Config {
             map: Map::default(),
             sonars: SonarDefaults::default(),
             sonar: BTreeMap::new(),
+            channel: BTreeMap::new(),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 pub mod channels;
 pub mod container;
+mod custom;
 mod decoder;
 mod gather;
 mod json;
@@ -16,6 +17,7 @@ mod protobuf;
 mod ros1;
 mod ros2;
 mod sonars;
+mod standard;
 mod transforms;
 mod value;
 pub mod writer;
@@ -199,7 +201,7 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
         || path.display().to_string(),
         |name| name.to_string_lossy().into_owned(),
     );
-    let mut channels = Channels::new(&config.input)?;
+    let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::default();
     let losses = container::walk(path, &mut |channel, message| {
         if let Some((role, content)) = channels.read(channel, message) {

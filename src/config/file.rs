@@ -41,6 +41,14 @@ pub enum ConfigError {
         /// The first key that lacks.
         missing: &'static str,
     },
+    /// A description of messages that contradicts itself or lacks something.
+    #[error("channel `{topic}` {problem}")]
+    BadChannel {
+        /// The topic.
+        topic: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// A topic or sonar pattern that cannot be read.
     #[error("`{pattern}` is not a glob: {reason}")]
     BadGlob {
@@ -117,6 +125,14 @@ pub fn check(config: &Config) -> Result<(), ConfigError> {
             });
         }
     }
+    for (topic, fields) in &config.channel {
+        if let Some(problem) = fields.problem() {
+            return Err(ConfigError::BadChannel {
+                topic: topic.clone(),
+                problem,
+            });
+        }
+    }
     if let (Some(start), Some(end)) = (config.input.start, config.input.end)
         && end < start
     {
@@ -168,32 +184,48 @@ pub fn render(config: &Config) -> String {
         };
         let _ = writeln!(text, "{line:<32} # {}", key.doc);
     }
-    text.push_str(&render_sonars(&table));
+    for (section, example, about) in [
+        (
+            "sonar",
+            "front_left",
+            "What is known of single sonars, by name",
+        ),
+        (
+            "channel",
+            "/topic",
+            "Messages of unknown types, by topic: the paths of their fields",
+        ),
+    ] {
+        text.push_str(&render_named(&table, section, example, about));
+    }
     text
 }
 
-fn render_sonars(table: &Table) -> String {
+/// The tables of a section that has one for each name, or which keys they could have.
+fn render_named(table: &Table, section: &str, example: &str, about: &str) -> String {
+    let keys = || {
+        let leaf = |key: &'static keys::Key| {
+            let leaf = key.path.strip_prefix(section)?.strip_prefix(".*.")?;
+            Some((leaf, key.doc))
+        };
+        KEYS.iter().filter_map(leaf)
+    };
     let mut text = String::new();
-    let sonars = table.get("sonar").and_then(Value::as_table);
-    for (name, known) in sonars.into_iter().flatten() {
-        let _ = write!(text, "\n[sonar.{}]\n", Value::String(name.clone()));
-        for key in KEYS
-            .iter()
-            .filter_map(|key| Some((key.path.strip_prefix("sonar.*.")?, key.doc)))
-        {
-            if let Some(value) = known.get(key.0) {
-                let line = format!("{} = {value}", key.0);
-                let _ = writeln!(text, "{line:<32} # {}", key.1);
+    let named = table.get(section).and_then(Value::as_table);
+    for (name, known) in named.into_iter().flatten() {
+        let _ = write!(text, "\n[{section}.{}]\n", Value::String(name.clone()));
+        for (leaf, doc) in keys() {
+            if let Some(value) = known.get(leaf) {
+                let line = format!("{leaf} = {value}");
+                let _ = writeln!(text, "{line:<32} # {doc}");
             }
         }
     }
     if text.is_empty() {
-        text.push_str("\n# What is known of single sonars, by name:\n# [sonar.\"front_left\"]\n");
-        for key in KEYS {
-            if let Some(leaf) = key.path.strip_prefix("sonar.*.") {
-                let line = format!("# {leaf} =");
-                let _ = writeln!(text, "{line:<32} # {}", key.doc);
-            }
+        let _ = write!(text, "\n# {about}:\n# [{section}.\"{example}\"]\n");
+        for (leaf, doc) in keys() {
+            let line = format!("# {leaf} =");
+            let _ = writeln!(text, "{line:<32} # {doc}");
         }
     }
     text
@@ -246,6 +278,7 @@ fn each_leaf(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::channel::Given;
 
     fn message(text: &str) -> String {
         match parse(text).and_then(|config| check(&config)) {
@@ -274,7 +307,10 @@ mod tests {
     #[test]
     fn every_key_of_the_configuration_is_in_the_table_and_the_other_way_round() {
         let everything = "[input]\nstart=0\nend=1\nrobot_frame='r'\n[sonars]\nbeam_width=9\n\
-            [sonar.s]\nx=0\ny=0\nyaw=0\nbeam_width=9\nmin_range=0\nmax_range=1";
+            [sonar.s]\nx=0\ny=0\nyaw=0\nbeam_width=9\nmin_range=0\nmax_range=1\n\
+            [channel.'/t']\nrange='r'\nstamp='s'\nstamp_unit='ms'\nframe='f'\nframe_name='n'\n\
+            min_range='a.b'\nmax_range=3\nbeam_width=9\nvariance=0\nx='x'\ny='y'\nyaw='yaw'\n\
+            position='p'\norientation='o'\nangle_unit='deg'\nmetres_per_unit=0.01";
         let mut table = to_table(&parse(everything).unwrap());
         let mut seen = 0;
         each_leaf(&mut table, &mut Vec::new(), &mut |path, _| {
@@ -309,6 +345,25 @@ mod tests {
         assert!(message("[triple]\nalpha = 'x'").contains("invalid type"));
         assert!(message("[input]\nsonars = ['[']").contains("is not a glob"));
         assert!(message("[input]\nstart = 5\nend = 3").contains("before its start"));
+    }
+
+    #[test]
+    fn messages_by_field_paths() {
+        let text = "[channel.'/us']\nrange = 'echoes[].cm'\nmetres_per_unit = 0.01\n\
+                    beam_width = 15\nmax_range = 'limits.far'";
+        let config = parse(text).unwrap();
+        check(&config).unwrap();
+        assert_eq!(parse(&render(&config)).unwrap(), config);
+        assert_eq!(
+            config.channel["/us"].beam_width,
+            Some(Given::Constant(15_f64.to_radians()))
+        );
+        assert!(message("[channel.'/us']\nrnage = 'r'").contains("`channel./us.range`"));
+        assert!(message("[channel.'/us']\nframe = 'f'").contains("neither where the range is"));
+        assert!(message("[channel.'/us']\nrange = 'r'\nx = 'x'").contains("one or the other"));
+        assert!(message("[channel.'/o']\nx = 'x'\ny = 'y'").contains("without yaw"));
+        assert!(message("[channel.'/us']\nrange='r'\nbeam_width=400").contains("below 360"));
+        assert!(message("[channel.'/us']\nrange='r'\nmax_range=[1]").contains("or the path"));
     }
 
     #[test]

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::container::{Channel, RawMessage};
-use super::decoder::Decoder;
+use super::custom;
+use super::decoder::{DecodeError, Decoder};
 use super::messages::{self, Content, Read, Role};
-use crate::config::Input;
+use crate::config::Config;
+use crate::config::channel::ChannelFields;
 use crate::config::file::{ConfigError, glob_set};
 
 /// A scan with more beams than this is a lidar's, unless its topic is asked for.
@@ -40,6 +42,7 @@ pub struct ChannelReport {
 pub struct Channels {
     range_topics: globset::GlobSet,
     odometry_topics: globset::GlobSet,
+    described: BTreeMap<String, ChannelFields>,
     known: BTreeMap<u16, (ChannelReport, Option<Reader>)>,
 }
 
@@ -48,20 +51,32 @@ pub struct Channels {
 struct Reader {
     role: Role,
     decoder: Decoder,
-    read: Read,
+    way: Way,
     /// The configuration names its topic.
     asked_for: bool,
 }
 
+/// How a decoded message is read.
+#[derive(Debug, Clone)]
+enum Way {
+    /// By its type.
+    Type(Read),
+    /// By the field paths in the configuration.
+    Paths(ChannelFields),
+}
+
 impl Channels {
-    /// Channels chosen by the topics that the configuration names, or else by schema.
+    /// Channels chosen by the topics that the configuration names, or else by what it describes
+    /// and by schema.
     ///
     /// # Errors
     /// A pattern that is not a glob.
-    pub fn new(input: &Input) -> Result<Self, ConfigError> {
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let input = &config.input;
         Ok(Self {
             range_topics: glob_set(&input.range_topics)?,
             odometry_topics: glob_set(&input.odometry_topics)?,
+            described: config.channel.clone(),
             known: BTreeMap::new(),
         })
     }
@@ -86,7 +101,12 @@ impl Channels {
                 None
             }
             Ok(content) => Some((reader.role, content)),
-            Err(problem) => {
+            Err(DecodeError::Encoding(problem)) if report.messages == 1 => {
+                report.used = false;
+                report.problem = Some(problem);
+                None
+            }
+            Err(DecodeError::Encoding(problem) | DecodeError::Message(problem)) => {
                 report.undecoded += 1;
                 report.problem.get_or_insert(problem);
                 None
@@ -102,8 +122,13 @@ impl Channels {
     }
 
     fn find(&self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
-        let known = messages::known(&channel.schema.name);
-        let role = known.map(|(role, _)| role);
+        let known = match self.described.get(&channel.topic) {
+            Some(fields) => Some((custom::role(fields), Way::Paths(fields.clone()))),
+            None => {
+                messages::known(&channel.schema.name).map(|(role, read)| (role, Way::Type(read)))
+            }
+        };
+        let role = known.as_ref().map(|(role, _)| *role);
         let topics = match role {
             Some(Role::Range) => Some(&self.range_topics),
             Some(Role::Odometry | Role::Pose) => Some(&self.odometry_topics),
@@ -121,7 +146,7 @@ impl Channels {
             undecoded: 0,
             problem: None,
         };
-        let Some((role, read)) = known.filter(|_| report.used) else {
+        let Some((role, way)) = known.filter(|_| report.used) else {
             return (report, None);
         };
         match Decoder::of(channel) {
@@ -129,8 +154,8 @@ impl Channels {
                 let reader = Reader {
                     role,
                     decoder,
-                    read,
-                    asked_for,
+                    asked_for: asked_for || matches!(way, Way::Paths(_)),
+                    way,
                 };
                 (report, Some(reader))
             }
@@ -144,14 +169,18 @@ impl Channels {
 }
 
 impl Reader {
-    fn read(&self, message: &[u8]) -> Result<Content, String> {
+    fn read(&self, message: &[u8]) -> Result<Content, DecodeError> {
         if message.len() > LONGEST_MESSAGE {
-            return Err(format!(
+            return Err(DecodeError::Message(format!(
                 "a message of {} bytes is too long to be a reading or a pose",
                 message.len()
-            ));
+            )));
         }
         let value = self.decoder.decode(message)?;
-        (self.read)(&value).map_err(|error| error.to_string())
+        let content = match &self.way {
+            Way::Type(read) => read(&value),
+            Way::Paths(fields) => custom::read(fields, &value),
+        };
+        content.map_err(|error| DecodeError::Message(error.to_string()))
     }
 }

@@ -134,6 +134,13 @@ impl Gatherer {
         losses: Vec<Loss>,
     ) -> Result<Log, LogError> {
         let mut notes = notes::on_channels(&channels);
+        let unused = config
+            .channel
+            .keys()
+            .filter(|topic| !channels.iter().any(|c| c.topic == **topic));
+        notes.extend(unused.map(|topic| {
+            format!("the configuration describes channel `{topic}`, which the log does not have")
+        }));
         if self.readings.is_empty() {
             return Err(LogError::NoRanges {
                 file,
@@ -189,7 +196,8 @@ impl Gatherer {
         })
     }
 
-    /// The one topic that says where the robot was. Poses serve where there is no odometry, or
+    /// The one topic that says where the robot was. One that the configuration describes is meant
+    /// to be used; poses serve where there is no odometry, or
     /// where the configuration asks for them.
     fn choose_odometry(
         &mut self,
@@ -198,6 +206,10 @@ impl Gatherer {
         channels: &mut [ChannelReport],
     ) -> Result<(String, Odometry), LogError> {
         let by_type = config.input.odometry_topics.is_empty();
+        if by_type && self.tracks.keys().any(|t| config.channel.contains_key(t)) {
+            self.tracks
+                .retain(|topic, _| config.channel.contains_key(topic));
+        }
         if by_type && self.tracks.values().any(|t| t.role == Role::Odometry) {
             self.tracks.retain(|_, track| track.role == Role::Odometry);
         }
@@ -217,7 +229,8 @@ impl Gatherer {
                 found: channels.iter().map(notes::describe).collect(),
             })?;
         for channel in channels {
-            channel.used &= channel.role != Some(Role::Pose) || channel.topic == topic;
+            let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));
+            channel.used &= !says_where || channel.topic == topic;
         }
         Ok((topic, track))
     }

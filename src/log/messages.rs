@@ -5,6 +5,8 @@ mod ranges;
 
 use nalgebra::Isometry3;
 
+pub use poses::rotation;
+
 use super::msg_schema::short;
 use super::value::{FieldError, Value};
 

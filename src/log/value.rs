@@ -91,18 +91,9 @@ impl Value {
     /// # Errors
     /// When there is none.
     pub fn time(&self, path: &str) -> Result<i64, FieldError> {
-        let part = |names: &[&str]| {
-            let time = self.get(path)?;
-            names.iter().find_map(|name| time.get(name)?.as_integer())
-        };
-        let seconds = part(&["sec", "secs", "seconds"]);
-        let nanoseconds = part(&["nanosec", "nsec", "nsecs", "nanos"]);
-        let (Some(seconds), Some(nanoseconds)) = (seconds, nanoseconds) else {
-            return Err(missing(path, "a time of seconds and nanoseconds"));
-        };
-        Ok(seconds
-            .saturating_mul(1_000_000_000)
-            .saturating_add(nanoseconds))
+        self.get(path)
+            .and_then(Self::as_time)
+            .ok_or_else(|| missing(path, "a time of seconds and nanoseconds"))
     }
 
     /// The list at a path.
@@ -128,14 +119,28 @@ impl Value {
         }
     }
 
-    fn as_distance(&self) -> Option<f64> {
+    /// This value as a time, nanoseconds.
+    pub fn as_time(&self) -> Option<i64> {
+        let part = |names: &[&str]| names.iter().find_map(|name| self.get(name)?.as_integer());
+        let seconds = part(&["sec", "secs", "seconds"])?;
+        let nanoseconds = part(&["nanosec", "nsec", "nsecs", "nanos"])?;
+        Some(
+            seconds
+                .saturating_mul(1_000_000_000)
+                .saturating_add(nanoseconds),
+        )
+    }
+
+    /// This value as a distance, metres: null is no echo, which is +inf.
+    pub fn as_distance(&self) -> Option<f64> {
         match self {
             Self::Null => Some(f64::INFINITY),
             other => other.as_number(),
         }
     }
 
-    fn as_integer(&self) -> Option<i64> {
+    /// This value as a whole number.
+    pub fn as_integer(&self) -> Option<i64> {
         match self {
             Self::Int(n) => Some(*n),
             Self::Text(text) => text.parse().ok(),

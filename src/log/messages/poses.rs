@@ -153,6 +153,15 @@ fn quaternion(message: &Value, path: &str) -> Result<Quaternion<f64>, FieldError
     ))
 }
 
+/// The turn that a quaternion at a path stands for; `None` where it is zero or not finite.
+///
+/// # Errors
+/// A field that is not there.
+pub fn rotation(message: &Value, path: &str) -> Result<Option<UnitQuaternion<f64>>, FieldError> {
+    let orientation = quaternion(message, path)?;
+    Ok(usable(Vector3::zeros(), orientation).map(|pose| pose.rotation))
+}
+
 fn usable(position: Vector3<f64>, orientation: Quaternion<f64>) -> Option<Isometry3<f64>> {
     let norm = orientation.norm();
     let usable = position.iter().all(|x| x.is_finite()) && norm.is_finite() && norm > 1e-6;
