@@ -14,6 +14,7 @@ mod messages;
 mod msg_schema;
 mod notes;
 mod protobuf;
+mod repeats;
 mod ros1;
 mod ros2;
 mod sonars;
@@ -71,7 +72,8 @@ pub enum LogError {
         path: PathBuf,
     },
     /// Nothing that measures ranges.
-    #[error("{file} has no range readings{}. {}", because(.asked), list("The log holds", .found))]
+    #[error("{file} has no range readings{}. {} Messages of other types can be described by field paths, under \
+         [channel.\"/topic\"] in the configuration", because(.asked), list("The log holds", .found))]
     NoRanges {
         /// The log.
         file: String,

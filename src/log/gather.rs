@@ -7,7 +7,7 @@ use super::channels::ChannelReport;
 use super::messages::{Content, OdometryMessage, RangeMessage, Role};
 use super::sonars::{Placing, Source, SourceKey, Unplaced};
 use super::transforms::TransformTree;
-use super::{Log, LogError, Loss, notes};
+use super::{Log, LogError, Loss, notes, repeats};
 use crate::config::Config;
 use crate::event::{Events, OdometrySample};
 use crate::geometry::Pose2;
@@ -179,9 +179,16 @@ impl Gatherer {
             config,
         };
         let readings = std::mem::take(&mut self.readings);
-        let (sonars, readings) = placing.place(&self.sources, readings, &mut notes)?;
+        let (sonars, mut readings) = placing.place(&self.sources, readings, &mut notes)?;
         let mut samples = odometry.samples;
         samples.sort_by_key(|s| s.stamp_ns);
+        let repeating = repeats::find(&readings, &samples, sonars.len());
+        let dropped = config.input.drop_repeats;
+        notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
+        if dropped {
+            let mut repeating = repeating.into_iter();
+            readings.retain(|_| repeating.next() != Some(true));
+        }
         Ok(Log {
             file,
             events: Events {
