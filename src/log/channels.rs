@@ -91,22 +91,22 @@ impl Channels {
         report.messages += 1;
         let reader = reader.as_ref().filter(|_| report.used)?;
         match reader.read(message.data) {
-            Ok(Content::Ranges(beams)) if beams.len() > LARGEST_RING && !reader.asked_for => {
+            Ok(content) if content.sonars() > LARGEST_RING && !reader.asked_for => {
                 report.used = false;
                 report.problem = Some(format!(
-                    "its scans have {} beams, a lidar's rather than a sonar ring's; if they are sonars, \
-                     choose it with --range-topic",
-                    beams.len()
+                    "its messages hold {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
+                     they are sonars, choose it with --range-topic",
+                    content.sonars()
                 ));
                 None
             }
             Ok(content) => Some((reader.role, content)),
-            Err(DecodeError::Encoding(problem)) if report.messages == 1 => {
+            Err(DecodeError::Channel(problem)) if report.messages == 1 => {
                 report.used = false;
                 report.problem = Some(problem);
                 None
             }
-            Err(DecodeError::Encoding(problem) | DecodeError::Message(problem)) => {
+            Err(DecodeError::Channel(problem) | DecodeError::Message(problem)) => {
                 report.undecoded += 1;
                 report.problem.get_or_insert(problem);
                 None
@@ -124,15 +124,14 @@ impl Channels {
     fn find(&self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
         let known = match self.described.get(&channel.topic) {
             Some(fields) => Some((custom::role(fields), Way::Paths(fields.clone()))),
-            None => {
-                messages::known(&channel.schema.name).map(|(role, read)| (role, Way::Type(read)))
-            }
+            None => messages::known(&channel.schema.name, &channel.topic)
+                .map(|(role, read)| (role, Way::Type(read))),
         };
         let role = known.as_ref().map(|(role, _)| *role);
         let topics = match role {
             Some(Role::Range) => Some(&self.range_topics),
             Some(Role::Odometry | Role::Pose) => Some(&self.odometry_topics),
-            Some(Role::Transform) | None => None,
+            Some(Role::Transform | Role::Description) | None => None,
         };
         let asked_for = topics.is_some_and(|topics| topics.is_match(&channel.topic));
         let passed_over = topics.is_some_and(|topics| !topics.is_empty()) && !asked_for;
@@ -171,7 +170,7 @@ impl Channels {
 impl Reader {
     fn read(&self, message: &[u8]) -> Result<Content, DecodeError> {
         if message.len() > LONGEST_MESSAGE {
-            return Err(DecodeError::Message(format!(
+            return Err(DecodeError::Channel(format!(
                 "a message of {} bytes is too long to be a reading or a pose",
                 message.len()
             )));

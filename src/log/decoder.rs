@@ -21,8 +21,8 @@ pub enum Decoder {
 /// Why a message cannot be decoded.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DecodeError {
-    /// Its channel is in an encoding that is not read: what it is and what would work.
-    Encoding(String),
+    /// Its channel holds what is not read: what it is and what would work.
+    Channel(String),
     /// It is damaged, or not what its schema says.
     Message(String),
 }
@@ -71,7 +71,7 @@ impl Decoder {
         match self {
             Self::Ros1(decoder) => decoder.decode(message).map_err(|e| damaged(&e)),
             Self::Ros2(decoder) => decoder.decode(message).map_err(|error| match error {
-                Ros2Error::Encapsulation(_) => DecodeError::Encoding(error.to_string()),
+                Ros2Error::Encapsulation(_) => DecodeError::Channel(error.to_string()),
                 other => damaged(&other),
             }),
             Self::Protobuf(decoder) => decoder.decode(message).map_err(|e| damaged(&e)),

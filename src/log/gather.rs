@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 
 use super::channels::ChannelReport;
-use super::messages::{Content, OdometryMessage, RangeMessage, Role};
+use super::messages::{Content, HitsMessage, OdometryMessage, RangeMessage, Role};
+use super::rings::Ring;
 use super::sonars::{Placing, Source, SourceKey, Unplaced};
-use super::transforms::TransformTree;
-use super::{Log, LogError, Loss, notes, repeats};
+use super::transforms::{Origin, TransformTree};
+use super::{Log, LogError, Loss, description, notes, repeats};
 use crate::config::Config;
 use crate::event::{Events, OdometrySample};
 use crate::geometry::Pose2;
@@ -21,6 +22,9 @@ pub struct Gatherer {
     readings: Vec<(usize, Unplaced)>,
     tracks: BTreeMap<String, Odometry>,
     transforms: TransformTree,
+    /// Points of sonar rings, with the topic and the time they were recorded.
+    hits: Vec<(String, i64, HitsMessage)>,
+    notes: Vec<String>,
     messages: u64,
     unstamped: u64,
 }
@@ -54,11 +58,27 @@ impl Gatherer {
             }
             Content::Transforms(transforms) => {
                 self.messages += 1;
-                let fixed = topic.ends_with("tf_static");
+                let origin = if topic.ends_with("tf_static") {
+                    Origin::Fixed
+                } else {
+                    Origin::Moving
+                };
                 for transform in transforms {
-                    self.transforms.add(transform, fixed);
+                    self.transforms.add(transform, origin);
                 }
             }
+            Content::Hits(hits) => self.hits.push((topic.to_owned(), logged_ns, hits)),
+            Content::Description(urdf) => match description::fixed_joints(&urdf) {
+                Ok(joints) => {
+                    self.messages += 1;
+                    for joint in joints {
+                        self.transforms.add(joint, Origin::Description);
+                    }
+                }
+                Err(error) => self.notes.push(format!(
+                    "the robot's description on {topic} is left out: {error}"
+                )),
+            },
         }
     }
 
@@ -133,7 +153,26 @@ impl Gatherer {
         mut channels: Vec<ChannelReport>,
         losses: Vec<Loss>,
     ) -> Result<Log, LogError> {
+        let no_ranges = |channels: &[ChannelReport]| LogError::NoRanges {
+            file: file.clone(),
+            asked: config.input.range_topics.clone(),
+            found: channels.iter().map(notes::describe).collect(),
+        };
+        if self.readings.is_empty() && self.hits.is_empty() {
+            return Err(no_ranges(&channels));
+        }
+        let (topic, odometry) = self.choose_odometry(&file, config, &mut channels)?;
+        let robot_frame = config
+            .input
+            .robot_frame
+            .as_deref()
+            .unwrap_or(&odometry.robot_frame);
+        self.take_hits(config, robot_frame, &odometry.world_frame, &mut channels);
+        if self.readings.is_empty() {
+            return Err(no_ranges(&channels));
+        }
         let mut notes = notes::on_channels(&channels);
+        notes.append(&mut self.notes);
         let unused = config
             .channel
             .keys()
@@ -141,14 +180,6 @@ impl Gatherer {
         notes.extend(unused.map(|topic| {
             format!("the configuration describes channel `{topic}`, which the log does not have")
         }));
-        if self.readings.is_empty() {
-            return Err(LogError::NoRanges {
-                file,
-                asked: config.input.range_topics.clone(),
-                found: channels.iter().map(notes::describe).collect(),
-            });
-        }
-        let (topic, odometry) = self.choose_odometry(&file, config, &mut channels)?;
         let unstamped = self.unstamped + odometry.unstamped;
         if unstamped > 0 {
             notes.push(format!(
@@ -170,11 +201,7 @@ impl Gatherer {
             file: &file,
             odometry_topic: &topic,
             world_frame: &odometry.world_frame,
-            robot_frame: config
-                .input
-                .robot_frame
-                .as_deref()
-                .unwrap_or(&odometry.robot_frame),
+            robot_frame,
             transforms: &self.transforms,
             config,
         };
@@ -201,6 +228,68 @@ impl Gatherer {
             channels,
             notes,
         })
+    }
+
+    /// Turns the points of sonar rings into the ranges of the sonars whose mounts the configuration
+    /// has.
+    fn take_hits(
+        &mut self,
+        config: &Config,
+        robot_frame: &str,
+        world_frame: &str,
+        channels: &mut [ChannelReport],
+    ) {
+        let hits = std::mem::take(&mut self.hits);
+        let keys: Vec<&SourceKey> = self.sources.iter().map(|s| &s.key).collect();
+        let ring = Ring::new(config, &|name| {
+            keys.iter()
+                .any(|key| key.frame == name || key.topic == name)
+        });
+        let mut strays = BTreeMap::<String, u64>::new();
+        for (topic, logged_ns, cloud) in hits {
+            let robot_frame = if robot_frame.is_empty() {
+                self.transforms
+                    .carrier(&cloud.frame_id, world_frame)
+                    .unwrap_or(&cloud.frame_id)
+            } else {
+                robot_frame
+            };
+            let known = self.transforms.between(robot_frame, &cloud.frame_id);
+            let (Some((robot_from_cloud, _)), false) = (known, ring.is_empty()) else {
+                let problem = if ring.is_empty() {
+                    "the points do not say where the sonars are that they come from; give x, y and yaw of \
+                     each under [sonar.\"name\"] in the configuration"
+                        .to_owned()
+                } else {
+                    format!(
+                        "no transform joins its frame `{}` to `{robot_frame}`; if they are the same, set \
+                         input.robot_frame",
+                        cloud.frame_id
+                    )
+                };
+                notes::refuse(channels, &topic, problem);
+                continue;
+            };
+            self.messages += 1;
+            self.unstamped += u64::from(cloud.stamp_ns == 0);
+            let (ranges, unmatched) = ring.ranges(&cloud.points, &robot_from_cloud);
+            *strays.entry(topic.clone()).or_default() += unmatched;
+            for (sonar, range) in ranges {
+                let range = RangeMessage::plain(cloud.stamp_ns, sonar, range);
+                self.take_range(&topic, logged_ns, range);
+            }
+        }
+        self.notes.extend(
+            strays
+                .into_iter()
+                .filter(|(_, count)| *count > 0)
+                .map(|(topic, count)| {
+                    format!(
+                        "{count} points on {topic} lie in no sonar's beam, or in one that has another; look \
+                         at the mounts in the configuration"
+                    )
+                }),
+        );
     }
 
     /// The one topic that says where the robot was. One that the configuration describes is meant

@@ -1,9 +1,10 @@
 //! What the known message types say, read from decoded values.
 
+mod clouds;
 mod poses;
 mod ranges;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 
 pub use poses::rotation;
 
@@ -21,6 +22,8 @@ pub enum Role {
     Pose,
     /// Transforms between frames.
     Transform,
+    /// The robot's description, with its fixed joints.
+    Description,
 }
 
 /// What one message says.
@@ -32,6 +35,21 @@ pub enum Content {
     Odometry(OdometryMessage),
     /// Where frames are.
     Transforms(Vec<TransformMessage>),
+    /// Where the beams of a sonar ring ended.
+    Hits(HitsMessage),
+    /// A URDF.
+    Description(String),
+}
+
+impl Content {
+    /// How many sonars it has a range of.
+    pub fn sonars(&self) -> usize {
+        match self {
+            Self::Ranges(ranges) => ranges.len(),
+            Self::Hits(hits) => hits.points.len(),
+            _ => 0,
+        }
+    }
 }
 
 /// One reading of one sonar.
@@ -62,6 +80,25 @@ pub struct RangeMessage {
     pub variance: f64,
 }
 
+impl RangeMessage {
+    /// A reading of which nothing is known but its value, metres.
+    pub fn plain(stamp_ns: i64, frame_id: &str, range: f64) -> Self {
+        Self {
+            stamp_ns,
+            delay_ns: 0,
+            frame_id: frame_id.to_owned(),
+            element: None,
+            frame_from_beam: Isometry3::identity(),
+            range,
+            min_range: 0.0,
+            max_range: f64::INFINITY,
+            beam_width: 0.0,
+            likely_beam_width: 0.0,
+            variance: 0.0,
+        }
+    }
+}
+
 /// One odometry message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OdometryMessage {
@@ -87,6 +124,17 @@ pub struct TransformMessage {
     pub parent_from_child: Option<Isometry3<f64>>,
 }
 
+/// Where the beams of a sonar ring ended; which sonar a point is of is not said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HitsMessage {
+    /// 0 where the driver did not stamp it.
+    pub stamp_ns: i64,
+    /// Frame that the points are in, without a leading slash.
+    pub frame_id: String,
+    /// Metres.
+    pub points: Vec<Point3<f64>>,
+}
+
 /// Reads a decoded message.
 pub type Read = fn(&Value) -> Result<Content, FieldError>;
 
@@ -95,6 +143,12 @@ const TYPES: &[(&str, Role, Read)] = &[
     ("sensor_msgs/Range", Role::Range, ranges::range),
     ("sensor_msgs/LaserScan", Role::Range, ranges::laser_scan),
     ("foxglove.LaserScan", Role::Range, ranges::foxglove_scan),
+    ("sensor_msgs/PointCloud", Role::Range, clouds::point_cloud),
+    (
+        "sensor_msgs/PointCloud2",
+        Role::Range,
+        clouds::point_cloud_2,
+    ),
     ("nav_msgs/Odometry", Role::Odometry, poses::odometry),
     (
         "foxglove.Odometry",
@@ -125,17 +179,27 @@ const TYPES: &[(&str, Role, Read)] = &[
         Role::Transform,
         poses::foxglove_transform,
     ),
+    ("std_msgs/String", Role::Description, description),
 ];
 
-/// What a message type is good for and how it is read; `None` for types that are not.
-pub fn known(type_name: &str) -> Option<(Role, Read)> {
+/// What a message type is good for and how it is read; `None` for types that are not. Text is a
+/// robot's description only on a topic of that name.
+pub fn known(type_name: &str, topic: &str) -> Option<(Role, Read)> {
     let mut name = short(type_name);
+    if name == "std_msgs/String" && !topic.ends_with("robot_description") {
+        return None;
+    }
     if let Some(foxglove) = name.strip_prefix("foxglove_msgs/") {
         name = format!("foxglove.{foxglove}");
     }
     TYPES
         .iter()
         .find_map(|(known, role, read)| (**known == name).then_some((*role, *read)))
+}
+
+fn description(message: &Value) -> Result<Content, FieldError> {
+    let text = message.text("data")?;
+    Ok(Content::Description(text.to_owned()))
 }
 
 /// The frame named at a path, without a leading slash.

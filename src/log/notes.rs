@@ -20,6 +20,14 @@ pub fn describe(channel: &ChannelReport) -> String {
     )
 }
 
+/// Marks a topic as one that cannot be used after all.
+pub fn refuse(channels: &mut [ChannelReport], topic: &str, problem: String) {
+    for channel in channels.iter_mut().filter(|c| c.topic == topic) {
+        channel.used = false;
+        channel.problem.get_or_insert_with(|| problem.clone());
+    }
+}
+
 /// Channels that would have been used and cannot be.
 pub fn on_channels(channels: &[ChannelReport]) -> Vec<String> {
     channels

@@ -20,8 +20,19 @@ pub struct TransformTree {
 struct Edge {
     parent: String,
     parent_from_child: Isometry3<f64>,
-    fixed: bool,
+    origin: Origin,
     moved: bool,
+}
+
+/// Where a transform comes from; a later one stands before an earlier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// The robot's description.
+    Description,
+    /// `/tf`.
+    Moving,
+    /// `/tf_static`.
+    Fixed,
 }
 
 /// Where a sensor sits on the robot.
@@ -66,21 +77,20 @@ impl Mount {
 }
 
 impl TransformTree {
-    /// Takes a transform. A fixed one (`/tf_static`) stands before one from `/tf`; among fixed
-    /// ones the last, among others the first counts.
-    pub fn add(&mut self, transform: TransformMessage, fixed: bool) {
+    /// Takes a transform. Among those from `/tf` the first counts, else the last.
+    pub fn add(&mut self, transform: TransformMessage, origin: Origin) {
         let Some(parent_from_child) = transform.parent_from_child else {
             return;
         };
         let edge = Edge {
             parent: transform.parent,
             parent_from_child,
-            fixed,
+            origin,
             moved: false,
         };
         match self.edges.get_mut(&transform.child) {
-            Some(known) if known.fixed && !fixed => {}
-            Some(known) if known.fixed == fixed && !fixed => {
+            Some(known) if known.origin > origin => {}
+            Some(known) if known.origin == origin && origin == Origin::Moving => {
                 let change = known.parent_from_child.inv_mul(&edge.parent_from_child);
                 known.moved |= known.parent != edge.parent
                     || change.translation.vector.norm() > 1e-3
@@ -115,18 +125,25 @@ impl TransformTree {
         sensor_frame: &str,
         sensor_from_beam: &Isometry3<f64>,
     ) -> Result<Mount, NoMount> {
-        let (robot, sensor) = (self.ancestry(robot_frame), self.ancestry(sensor_frame));
-        let (from_robot, from_sensor) = robot
-            .iter()
-            .find_map(|r| Some((r, sensor.iter().find(|s| s.frame == r.frame)?)))
+        let (robot_from_sensor, moved) = self
+            .between(robot_frame, sensor_frame)
             .ok_or(NoMount::Unconnected)?;
-        let robot_from_sensor = from_robot
-            .frame_from_start
-            .inv_mul(&from_sensor.frame_from_start);
         Ok(Mount {
-            moved: from_robot.moved || from_sensor.moved,
+            moved,
             ..Mount::projected(&(robot_from_sensor * sensor_from_beam))?
         })
+    }
+
+    /// The pose of a frame in another, and whether it moves.
+    pub fn between(&self, target: &str, source: &str) -> Option<(Isometry3<f64>, bool)> {
+        let (targets, sources) = (self.ancestry(target), self.ancestry(source));
+        let (from_target, from_source) = targets
+            .iter()
+            .find_map(|t| Some((t, sources.iter().find(|s| s.frame == t.frame)?)))?;
+        let target_from_source = from_target
+            .frame_from_start
+            .inv_mul(&from_source.frame_from_start);
+        Some((target_from_source, from_target.moved || from_source.moved))
     }
 
     /// The frame that a sensor is mounted on in the end: the top of its chain of transforms, as
@@ -204,13 +221,16 @@ mod tests {
         let mut tree = TransformTree::default();
         tree.add(
             transform("base_footprint", "base_link", [0.0, 0.0, 0.1], [0.0; 3]),
-            true,
+            Origin::Fixed,
         );
         tree.add(
             transform("base_link", "ring", [0.5, 0.0, 0.0], [0.0, 0.0, FRAC_PI_2]),
-            true,
+            Origin::Fixed,
         );
-        tree.add(transform("ring", "sonar", [0.1, 0.0, 0.0], [0.0; 3]), true);
+        tree.add(
+            transform("ring", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
+            Origin::Fixed,
+        );
         let below = mount(&tree, "base_footprint", "sonar").unwrap();
         assert!(close(
             below.robot_from_sensor,
@@ -218,7 +238,7 @@ mod tests {
         ));
         tree.add(
             transform("base_footprint", "head", [-1.0, 0.0, 0.0], [0.0; 3]),
-            true,
+            Origin::Fixed,
         );
         let across = mount(&tree, "head", "sonar").unwrap();
         assert!(close(
@@ -243,15 +263,15 @@ mod tests {
         let mut tree = TransformTree::default();
         tree.add(
             transform("base_link", "sonar", [9.0, 0.0, 0.0], [0.0; 3]),
-            false,
+            Origin::Moving,
         );
         tree.add(
             transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
-            true,
+            Origin::Fixed,
         );
         tree.add(
             transform("base_link", "sonar", [8.0, 0.0, 0.0], [0.0; 3]),
-            false,
+            Origin::Moving,
         );
         let mount = mount(&tree, "base_link", "sonar").unwrap();
         assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.0, 0.0)));
@@ -263,12 +283,12 @@ mod tests {
         let mut tree = TransformTree::default();
         tree.add(
             transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
-            false,
+            Origin::Moving,
         );
         assert!(!mount(&tree, "base_link", "sonar").unwrap().moved);
         tree.add(
             transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0, 0.0, 0.3]),
-            false,
+            Origin::Moving,
         );
         assert!(mount(&tree, "base_link", "sonar").unwrap().moved);
     }
@@ -276,12 +296,12 @@ mod tests {
     #[test]
     fn loops_end_and_vertical_beams_are_refused() {
         let mut tree = TransformTree::default();
-        tree.add(transform("a", "b", [0.0; 3], [0.0; 3]), true);
-        tree.add(transform("b", "a", [0.0; 3], [0.0; 3]), true);
+        tree.add(transform("a", "b", [0.0; 3], [0.0; 3]), Origin::Fixed);
+        tree.add(transform("b", "a", [0.0; 3], [0.0; 3]), Origin::Fixed);
         assert_eq!(mount(&tree, "base_link", "a"), Err(NoMount::Unconnected));
         tree.add(
             transform("base_link", "up", [0.0; 3], [0.0, -FRAC_PI_2, 0.0]),
-            true,
+            Origin::Fixed,
         );
         assert_eq!(mount(&tree, "base_link", "up"), Err(NoMount::Vertical));
     }
@@ -291,7 +311,7 @@ mod tests {
         let mut tree = TransformTree::default();
         tree.add(
             transform("base_link", "s", [0.1, 0.2, 0.3], [0.0, -0.2, 1.0]),
-            true,
+            Origin::Fixed,
         );
         let mount = mount(&tree, "base_link", "s").unwrap();
         assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.2, 1.0)));
@@ -302,7 +322,7 @@ mod tests {
     fn a_beam_turns_with_its_frame() {
         let mut tree = TransformTree::default();
         let flipped = transform("base_link", "ring", [0.1, 0.0, 0.0], [PI, 0.0, 0.0]);
-        tree.add(flipped, true);
+        tree.add(flipped, Origin::Fixed);
         let beam = Isometry3::rotation(Vector3::z() * 0.3);
         let mount = tree.mount("base_link", "ring", &beam).unwrap();
         assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.0, -0.3)));
@@ -313,13 +333,16 @@ mod tests {
         let mut tree = TransformTree::default();
         for x in [1.0, 2.0] {
             let moving = transform("odom", "base_footprint", [x, 0.0, 0.0], [0.0; 3]);
-            tree.add(moving, false);
+            tree.add(moving, Origin::Moving);
         }
         tree.add(
             transform("base_footprint", "base_link", [0.0; 3], [0.0; 3]),
-            true,
+            Origin::Fixed,
         );
-        tree.add(transform("base_link", "s", [0.1, 0.0, 0.0], [0.0; 3]), true);
+        tree.add(
+            transform("base_link", "s", [0.1, 0.0, 0.0], [0.0; 3]),
+            Origin::Fixed,
+        );
         assert_eq!(tree.carrier("s", "map"), Some("base_footprint"));
         assert_eq!(tree.carrier("s", "base_footprint"), Some("base_link"));
         assert_eq!(
