@@ -12,11 +12,22 @@ use crate::geometry::{Pose2, Vec2, direction};
 /// radians.
 const OFF_AXIS: f64 = std::f64::consts::FRAC_PI_8;
 
+/// A point this near to a sonar's largest range lies at it, metres: coordinates are rounded, and
+/// drivers put a point there when nothing echoed.
+const AT_LIMIT: f64 = 1e-3;
+
 /// The sonars that a point can come from.
 #[derive(Debug)]
 pub struct Ring {
-    /// Name, mount and half the beam width.
-    sonars: Vec<(String, Pose2, f64)>,
+    sonars: Vec<Candidate>,
+}
+
+#[derive(Debug)]
+struct Candidate {
+    name: String,
+    robot_from_sensor: Pose2,
+    half_width: f64,
+    max_range: f64,
 }
 
 impl Ring {
@@ -26,7 +37,12 @@ impl Ring {
         let mounted = sonars.filter_map(|(name, known)| {
             let mount = Pose2::new(known.x?, known.y?, known.yaw?);
             let width = known.beam_width.or(config.sonars.beam_width);
-            Some((name.clone(), mount, width.map_or(OFF_AXIS, |w| w / 2.0)))
+            Some(Candidate {
+                name: name.clone(),
+                robot_from_sensor: mount,
+                half_width: width.map_or(OFF_AXIS, |w| w / 2.0),
+                max_range: known.max_range.unwrap_or(f64::INFINITY),
+            })
         });
         Self {
             sonars: mounted.collect(),
@@ -58,16 +74,20 @@ impl Ring {
         (ranges, strays)
     }
 
-    /// The sonar whose axis a point lies nearest to in angle, and its distance.
+    /// The sonar whose axis a point lies nearest to in angle, and its distance; +inf at the limit.
     fn nearest(&self, hit: Vec2) -> Option<(&str, f64)> {
-        let candidates = self.sonars.iter().filter_map(|(name, mount, half_width)| {
-            let seen = mount.inverse_transform(hit);
-            let off_axis = direction(seen).abs();
-            (off_axis <= *half_width).then(|| (off_axis, name.as_str(), seen.norm()))
+        let seen = self.sonars.iter().filter_map(|sonar| {
+            let point = sonar.robot_from_sensor.inverse_transform(hit);
+            let off_axis = direction(point).abs();
+            (off_axis <= sonar.half_width).then(|| (off_axis, sonar, point.norm()))
         });
-        candidates
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, name, range)| (name, range))
+        let (_, sonar, distance) = seen.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let range = if distance > sonar.max_range - AT_LIMIT {
+            f64::INFINITY
+        } else {
+            distance
+        };
+        Some((&sonar.name, range))
     }
 }
 
@@ -80,7 +100,7 @@ mod tests {
     fn a_point_is_the_hit_of_the_sonar_on_whose_axis_it_lies() {
         let config = file::parse(
             "[sonars]\nbeam_width = 20\n[sonar.front]\nx=0.1\ny=0\nyaw=0\n\
-             [sonar.left]\nx=0\ny=0.1\nyaw=90\n[sonar.rear_left]\nx=-0.2\ny=0.1\nyaw=90\n\
+             [sonar.left]\nx=0\ny=0.1\nyaw=90\nmax_range=3.0005\n[sonar.rear_left]\nx=-0.2\ny=0.1\nyaw=90\n\
              [sonar.other]\nx=0\ny=0\nyaw=180\n[sonar.unmounted]\nmax_range=4",
         )
         .unwrap();
@@ -95,10 +115,13 @@ mod tests {
             Point3::new(f64::NAN, 0.0, 0.0),
         ];
         let (ranges, strays) = ring.ranges(&points, &robot_from_cloud);
-        let expected = [("front", 2.0), ("left", 3.0), ("rear_left", 1.0)];
+        let expected = [("front", 2.0), ("left", f64::INFINITY), ("rear_left", 1.0)];
         assert_eq!(ranges.len(), expected.len());
         for (name, range) in expected {
-            assert!((ranges[name] - range).abs() < 1e-12, "{name}");
+            assert!(
+                ranges[name] == range || (ranges[name] - range).abs() < 1e-12,
+                "{name}"
+            );
         }
         assert_eq!(strays, 2);
     }
