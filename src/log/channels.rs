@@ -62,7 +62,7 @@ enum Way {
     /// By its type.
     Type(Read),
     /// By the field paths in the configuration.
-    Paths(ChannelFields),
+    Paths(Box<ChannelFields>),
 }
 
 impl Channels {
@@ -123,7 +123,7 @@ impl Channels {
 
     fn find(&self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
         let known = match self.described.get(&channel.topic) {
-            Some(fields) => Some((custom::role(fields), Way::Paths(fields.clone()))),
+            Some(fields) => Some((custom::role(fields), Way::Paths(Box::new(fields.clone())))),
             None => messages::known(&channel.schema.name, &channel.topic)
                 .map(|(role, read)| (role, Way::Type(read))),
         };
