@@ -2,6 +2,7 @@
 //!
 //! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
 
+pub mod channel;
 pub mod file;
 pub mod keys;
 pub mod render;
@@ -9,6 +10,8 @@ pub mod render;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+use channel::ChannelFields;
 
 /// How arcs are labelled and features fused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,6 +45,9 @@ pub struct Config {
     pub sonars: SonarDefaults,
     /// What is known of single sonars, by name.
     pub sonar: BTreeMap<String, SonarOverride>,
+    /// Messages of unknown types, by topic.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub channel: BTreeMap<String, ChannelFields>,
 }
 
 /// What is read from the log.
@@ -65,6 +71,8 @@ pub struct Input {
     /// `child_frame_id` where not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot_frame: Option<String>,
+    /// Leave out readings that merely repeat a sonar's last value while the robot moved.
+    pub drop_repeats: bool,
 }
 
 /// How readings are grouped into frames.
@@ -182,6 +190,7 @@ impl Default for Config {
             map: Map::default(),
             sonars: SonarDefaults::default(),
             sonar: BTreeMap::new(),
+            channel: BTreeMap::new(),
         }
     }
 }

@@ -1,16 +1,28 @@
 //! From the bytes of an MCAP log to readings and odometry in stamp order.
 //!
 //! This room knows MCAP and message encodings and nothing of TMAM: everything downstream sees
-//! [`Events`]. A new encoding is a decoder in [`channels`], a new message type a function in
+//! [`Events`]. A new encoding is a decoder in [`decoder`], a new message type a function in
 //! [`messages`].
 
 pub mod channels;
 pub mod clock;
 pub mod container;
+mod custom;
+mod decoder;
+mod description;
 pub mod fuzzing;
 mod gather;
+mod json;
 mod messages;
+mod msg_schema;
+mod notes;
+mod protobuf;
+mod repeats;
+mod rings;
+mod ros1;
 mod ros2;
+mod sonars;
+mod standard;
 pub mod survey;
 mod transforms;
 mod value;
@@ -65,7 +77,8 @@ pub enum LogError {
         path: PathBuf,
     },
     /// Nothing that measures ranges.
-    #[error("{file} has no range readings{}. {}", because(.asked), list("The log holds", .found))]
+    #[error("{file} has no range readings{}. {} Messages of other types can be described by field paths, under \
+         [channel.\"/topic\"] in the configuration", because(.asked), list("The log holds", .found))]
     NoRanges {
         /// The log.
         file: String,
@@ -108,12 +121,15 @@ pub enum LogError {
     },
     /// Odometry that does not say what it moves.
     #[error(
-        "the odometry on {topic} names no child_frame_id, so the sonars' mounts cannot be found. Set \
-         input.robot_frame in the configuration"
+        "the odometry on {topic} does not name the frame that it moves, and the sonars' transforms lead \
+         to {}. Set input.robot_frame in the configuration",
+        if carriers.is_empty() { "none".to_owned() } else { carriers.join(", ") }
     )]
     NoRobotFrame {
         /// The topic.
         topic: String,
+        /// The frames that carry sonars.
+        carriers: Vec<String>,
     },
     /// More sonars than can be told apart.
     #[error(
@@ -212,14 +228,11 @@ fn list(head: &str, items: &[String]) -> String {
 /// read is in [`Log::losses`].
 pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
     let file = file_name(path);
-    let mut channels = Channels::new(&config.input)?;
+    let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::default();
     let losses = container::walk(path, &mut |channel, message| {
-        let Some((role, value)) = channels.decode(channel, message) else {
-            return;
-        };
-        if let Err(error) = gatherer.take(role, &channel.topic, message.log_time, &value) {
-            channels.failed(channel, error.to_string());
+        if let Some((role, content)) = channels.read(channel, message) {
+            gatherer.take(role, &channel.topic, message.log_time, content);
         }
     })
     .map_err(|error| LogError::open(path, error))?;

@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::Config;
 use super::file::to_table;
-use super::keys::KEYS;
+use super::keys::{KEYS, Key};
 
 /// The configuration as a commented `tmam.toml`; [`super::file::parse`] gives the same
 /// configuration back.
@@ -32,32 +32,48 @@ pub fn render(config: &Config) -> String {
         };
         let _ = writeln!(text, "{line:<32} # {}", key.doc);
     }
-    text.push_str(&render_sonars(&table));
+    for (section, example, about) in [
+        (
+            "sonar",
+            "front_left",
+            "What is known of single sonars, by name",
+        ),
+        (
+            "channel",
+            "/topic",
+            "Messages of unknown types, by topic: the paths of their fields",
+        ),
+    ] {
+        text.push_str(&render_named(&table, section, example, about));
+    }
     text
 }
 
-fn render_sonars(table: &Table) -> String {
+/// The tables of a section that has one for each name, or which keys they could have.
+fn render_named(table: &Table, section: &str, example: &str, about: &str) -> String {
+    let keys = || {
+        let leaf = |key: &'static Key| {
+            let leaf = key.path.strip_prefix(section)?.strip_prefix(".*.")?;
+            Some((leaf, key.doc))
+        };
+        KEYS.iter().filter_map(leaf)
+    };
     let mut text = String::new();
-    let sonars = table.get("sonar").and_then(Value::as_table);
-    for (name, known) in sonars.into_iter().flatten() {
-        let _ = write!(text, "\n[sonar.{}]\n", Value::String(name.clone()));
-        for key in KEYS
-            .iter()
-            .filter_map(|key| Some((key.path.strip_prefix("sonar.*.")?, key.doc)))
-        {
-            if let Some(value) = known.get(key.0) {
-                let line = format!("{} = {value}", key.0);
-                let _ = writeln!(text, "{line:<32} # {}", key.1);
+    let named = table.get(section).and_then(Value::as_table);
+    for (name, known) in named.into_iter().flatten() {
+        let _ = write!(text, "\n[{section}.{}]\n", Value::String(name.clone()));
+        for (leaf, doc) in keys() {
+            if let Some(value) = known.get(leaf) {
+                let line = format!("{leaf} = {value}");
+                let _ = writeln!(text, "{line:<32} # {doc}");
             }
         }
     }
     if text.is_empty() {
-        text.push_str("\n# What is known of single sonars, by name:\n# [sonar.\"front_left\"]\n");
-        for key in KEYS {
-            if let Some(leaf) = key.path.strip_prefix("sonar.*.") {
-                let line = format!("# {leaf} =");
-                let _ = writeln!(text, "{line:<32} # {}", key.doc);
-            }
+        let _ = write!(text, "\n# {about}:\n# [{section}.\"{example}\"]\n");
+        for (leaf, doc) in keys() {
+            let line = format!("# {leaf} =");
+            let _ = writeln!(text, "{line:<32} # {doc}");
         }
     }
     text

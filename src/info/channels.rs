@@ -85,6 +85,8 @@ fn role_name(role: Role) -> &'static str {
     match role {
         Role::Range => "range",
         Role::Odometry => "odometry",
+        Role::Pose => "pose",
+        Role::Description => "description",
         Role::Transform => "transform",
     }
 }

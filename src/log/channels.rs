@@ -3,11 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::container::{Channel, RawMessage};
-use super::messages::Role;
-use super::ros2;
-use super::value::Value;
-use crate::config::Input;
+use super::custom;
+use super::decoder::{DecodeError, Decoder};
+use super::messages::{self, Content, Read, Role};
+use crate::config::Config;
+use crate::config::channel::ChannelFields;
 use crate::config::file::{ConfigError, glob_set};
+
+/// A scan with more beams than this is a lidar's, unless its topic is asked for.
+const LARGEST_RING: usize = 64;
+
+/// Decoded, a message can take fifty times its bytes; no reading or pose is as long as this.
+const LONGEST_MESSAGE: usize = 4 << 20;
 
 /// What one channel turned out to be.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,49 +37,80 @@ pub struct ChannelReport {
     pub problem: Option<String>,
 }
 
-/// The channels of a log, with a decoder for each that is used.
+/// The channels of a log, with a reader for each that is used.
 #[derive(Debug)]
 pub struct Channels {
     range_topics: globset::GlobSet,
     odometry_topics: globset::GlobSet,
-    known: BTreeMap<u16, (ChannelReport, Option<ros2::Decoder>)>,
+    described: BTreeMap<String, ChannelFields>,
+    known: BTreeMap<u16, (ChannelReport, Option<Reader>)>,
+}
+
+/// From the bytes of a channel's messages to what they say.
+#[derive(Debug)]
+struct Reader {
+    role: Role,
+    decoder: Decoder,
+    way: Way,
+    /// The configuration names its topic.
+    asked_for: bool,
+}
+
+/// How a decoded message is read.
+#[derive(Debug, Clone)]
+enum Way {
+    /// By its type.
+    Type(Read),
+    /// By the field paths in the configuration.
+    Paths(Box<ChannelFields>),
 }
 
 impl Channels {
-    /// Channels chosen by the topics that the configuration names, or else by schema.
+    /// Channels chosen by the topics that the configuration names, or else by what it describes
+    /// and by schema.
     ///
     /// # Errors
     /// A pattern that is not a glob.
-    pub fn new(input: &Input) -> Result<Self, ConfigError> {
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let input = &config.input;
         Ok(Self {
             range_topics: glob_set(&input.range_topics)?,
             odometry_topics: glob_set(&input.odometry_topics)?,
+            described: config.channel.clone(),
             known: BTreeMap::new(),
         })
     }
 
-    /// The decoded message and what it is good for; `None` for one that is not used.
-    pub fn decode(&mut self, channel: &Channel, message: RawMessage<'_>) -> Option<(Role, Value)> {
+    /// What a message says and is good for; `None` for one that is not used.
+    pub fn read(&mut self, channel: &Channel, message: RawMessage<'_>) -> Option<(Role, Content)> {
         if !self.known.contains_key(&channel.id) {
             let found = self.find(channel);
             self.known.insert(channel.id, found);
         }
-        let (report, decoder) = self.known.get_mut(&channel.id)?;
+        let (report, reader) = self.known.get_mut(&channel.id)?;
         report.messages += 1;
-        let (role, decoder) = (report.role.filter(|_| report.used)?, decoder.as_ref()?);
-        match decoder.decode(message.data) {
-            Ok(value) => Some((role, value)),
-            Err(error) => {
-                report.fail(error.to_string());
+        let reader = reader.as_ref().filter(|_| report.used)?;
+        match reader.read(message.data) {
+            Ok(content) if content.sonars() > LARGEST_RING && !reader.asked_for => {
+                report.used = false;
+                report.problem = Some(format!(
+                    "its messages hold {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
+                     they are sonars, choose it with --range-topic",
+                    content.sonars()
+                ));
                 None
             }
-        }
-    }
-
-    /// Counts a decoded message that lacks what its type should have.
-    pub fn failed(&mut self, channel: &Channel, problem: String) {
-        if let Some((report, _)) = self.known.get_mut(&channel.id) {
-            report.fail(problem);
+            Ok(content) => Some((reader.role, content)),
+            Err(DecodeError::Channel(problem)) if report.messages == 1 => {
+                report.used = false;
+                report.problem = Some(problem);
+                None
+            }
+            Err(DecodeError::Channel(problem) | DecodeError::Message(problem)) => {
+                report.undecoded += 1;
+                report.problem.get_or_insert(problem);
+                None
+            }
         }
     }
 
@@ -83,56 +121,65 @@ impl Channels {
         reports
     }
 
-    fn find(&self, channel: &Channel) -> (ChannelReport, Option<ros2::Decoder>) {
-        let role = Role::of(&channel.schema.name);
-        let chosen = match role {
-            Some(Role::Range) => chosen(&self.range_topics, &channel.topic),
-            Some(Role::Odometry) => chosen(&self.odometry_topics, &channel.topic),
-            Some(Role::Transform) => true,
-            None => false,
+    fn find(&self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
+        let known = match self.described.get(&channel.topic) {
+            Some(fields) => Some((custom::role(fields), Way::Paths(Box::new(fields.clone())))),
+            None => messages::known(&channel.schema.name, &channel.topic)
+                .map(|(role, read)| (role, Way::Type(read))),
         };
+        let role = known.as_ref().map(|(role, _)| *role);
+        let topics = match role {
+            Some(Role::Range) => Some(&self.range_topics),
+            Some(Role::Odometry | Role::Pose) => Some(&self.odometry_topics),
+            Some(Role::Transform | Role::Description) | None => None,
+        };
+        let asked_for = topics.is_some_and(|topics| topics.is_match(&channel.topic));
+        let passed_over = topics.is_some_and(|topics| !topics.is_empty()) && !asked_for;
         let mut report = ChannelReport {
             topic: channel.topic.clone(),
             type_name: channel.schema.name.clone(),
             encoding: channel.encoding.clone(),
             role,
-            used: chosen,
+            used: role.is_some() && !passed_over,
             messages: 0,
             undecoded: 0,
             problem: None,
         };
-        let decoder = chosen.then(|| decoder(channel)).and_then(|decoder| {
-            decoder
-                .map_err(|problem| {
-                    report.used = false;
-                    report.problem = Some(problem);
-                })
-                .ok()
-        });
-        (report, decoder)
-    }
-}
-
-fn chosen(topics: &globset::GlobSet, topic: &str) -> bool {
-    topics.is_empty() || topics.is_match(topic)
-}
-
-impl ChannelReport {
-    fn fail(&mut self, problem: String) {
-        self.undecoded += 1;
-        self.problem.get_or_insert(problem);
-    }
-}
-
-/// The decoder that fits a channel's encoding and schema.
-fn decoder(channel: &Channel) -> Result<ros2::Decoder, String> {
-    let schema = &channel.schema;
-    match (channel.encoding.as_str(), schema.encoding.as_str()) {
-        ("cdr", "ros2msg") => {
-            ros2::Decoder::new(&schema.name, &schema.data).map_err(|error| error.to_string())
+        let Some((role, way)) = known.filter(|_| report.used) else {
+            return (report, None);
+        };
+        match Decoder::of(channel) {
+            Ok(decoder) => {
+                let reader = Reader {
+                    role,
+                    decoder,
+                    asked_for: asked_for || matches!(way, Way::Paths(_)),
+                    way,
+                };
+                (report, Some(reader))
+            }
+            Err(problem) => {
+                report.used = false;
+                report.problem = Some(problem);
+                (report, None)
+            }
         }
-        (encoding, schema) => Err(format!(
-            "encoding `{encoding}` with schema `{schema}` is not read; record as `cdr` with `ros2msg`"
-        )),
+    }
+}
+
+impl Reader {
+    fn read(&self, message: &[u8]) -> Result<Content, DecodeError> {
+        if message.len() > LONGEST_MESSAGE {
+            return Err(DecodeError::Channel(format!(
+                "a message of {} bytes is too long to be a reading or a pose",
+                message.len()
+            )));
+        }
+        let value = self.decoder.decode(message)?;
+        let content = match &self.way {
+            Way::Type(read) => read(&value),
+            Way::Paths(fields) => custom::read(fields, &value),
+        };
+        content.map_err(|error| DecodeError::Message(error.to_string()))
     }
 }

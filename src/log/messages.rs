@@ -1,7 +1,14 @@
 //! What the known message types say, read from decoded values.
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+mod clouds;
+mod poses;
+mod ranges;
 
+use nalgebra::{Isometry3, Point3};
+
+pub use poses::rotation;
+
+use super::msg_schema::short;
 use super::value::{FieldError, Value};
 
 /// What the messages of a type are good for.
@@ -11,39 +18,85 @@ pub enum Role {
     Range,
     /// Odometry samples.
     Odometry,
+    /// Poses: odometry samples where a log has no odometry, or where they are asked for.
+    Pose,
     /// Transforms between frames.
     Transform,
+    /// The robot's description, with its fixed joints.
+    Description,
 }
 
-impl Role {
-    /// The role of a message type; `None` for types that are not read.
-    pub fn of(type_name: &str) -> Option<Self> {
-        match type_name {
-            "sensor_msgs/msg/Range" | "sensor_msgs/Range" => Some(Self::Range),
-            "nav_msgs/msg/Odometry" | "nav_msgs/Odometry" => Some(Self::Odometry),
-            "tf2_msgs/msg/TFMessage" | "tf2_msgs/TFMessage" => Some(Self::Transform),
-            _ => None,
+/// What one message says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// Range readings, one or a ring of them.
+    Ranges(Vec<RangeMessage>),
+    /// Where the robot was.
+    Odometry(OdometryMessage),
+    /// Where frames are.
+    Transforms(Vec<TransformMessage>),
+    /// Where the beams of a sonar ring ended.
+    Hits(HitsMessage),
+    /// A URDF.
+    Description(String),
+}
+
+impl Content {
+    /// How many sonars it has a range of.
+    pub fn sonars(&self) -> usize {
+        match self {
+            Self::Ranges(ranges) => ranges.len(),
+            Self::Hits(hits) => hits.points.len(),
+            _ => 0,
         }
     }
 }
 
-/// One range message.
+/// One reading of one sonar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RangeMessage {
-    /// 0 where the driver did not stamp it.
+    /// Of the message; 0 where the driver did not stamp it.
     pub stamp_ns: i64,
+    /// How much later than the message's stamp it was taken, nanoseconds.
+    pub delay_ns: i64,
     /// Frame of the sensor, without a leading slash.
     pub frame_id: String,
+    /// Which of a message's sonars, where it has more than one.
+    pub element: Option<usize>,
+    /// The beam in the sensor's frame: its axis is x.
+    pub frame_from_beam: Isometry3<f64>,
     /// Metres, as everything below; infinite or NaN as the driver wrote it.
     pub range: f64,
     /// See `range`.
     pub min_range: f64,
     /// See `range`.
     pub max_range: f64,
-    /// Full angle, radians; 0 or NaN where the driver does not know it.
+    /// Full angle, radians; 0 or NaN where the message does not say it.
     pub beam_width: f64,
+    /// Full angle that is taken where neither message nor configuration says it, radians; 0 or NaN
+    /// for none.
+    pub likely_beam_width: f64,
     /// Square metres; 0 where the driver, or this form of the message, does not give it.
     pub variance: f64,
+}
+
+impl RangeMessage {
+    /// A reading of which nothing is known but its value, metres.
+    pub fn plain(stamp_ns: i64, frame_id: &str, range: f64) -> Self {
+        Self {
+            stamp_ns,
+            delay_ns: 0,
+            frame_id: frame_id.to_owned(),
+            element: None,
+            frame_from_beam: Isometry3::identity(),
+            range,
+            min_range: 0.0,
+            max_range: f64::INFINITY,
+            beam_width: 0.0,
+            likely_beam_width: 0.0,
+            variance: 0.0,
+        }
+    }
 }
 
 /// One odometry message.
@@ -51,7 +104,9 @@ pub struct RangeMessage {
 pub struct OdometryMessage {
     /// 0 where the driver did not stamp it.
     pub stamp_ns: i64,
-    /// Frame that it moves, without a leading slash.
+    /// Frame that the pose is in, without a leading slash.
+    pub world_frame: String,
+    /// Frame that it moves, without a leading slash; empty where the message does not name it.
     pub robot_frame: String,
     /// Pose of the robot's frame in the odometry frame; `None` where a number is not finite or the
     /// quaternion is zero.
@@ -69,83 +124,96 @@ pub struct TransformMessage {
     pub parent_from_child: Option<Isometry3<f64>>,
 }
 
-/// Reads `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
-///
-/// # Errors
-/// A field that is not there.
-pub fn range(message: &Value) -> Result<RangeMessage, FieldError> {
-    Ok(RangeMessage {
-        stamp_ns: stamp(message, "header.stamp")?,
-        frame_id: frame(message, "header.frame_id")?,
-        range: message.number("range")?,
-        min_range: message.number("min_range")?,
-        max_range: message.number("max_range")?,
-        beam_width: message.number("field_of_view")?,
-        variance: message.number("variance").unwrap_or(0.0),
-    })
+/// Where the beams of a sonar ring ended; which sonar a point is of is not said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HitsMessage {
+    /// 0 where the driver did not stamp it.
+    pub stamp_ns: i64,
+    /// Frame that the points are in, without a leading slash.
+    pub frame_id: String,
+    /// Metres.
+    pub points: Vec<Point3<f64>>,
 }
 
-/// Reads `nav_msgs/Odometry`.
-///
-/// # Errors
-/// A field that is not there.
-pub fn odometry(message: &Value) -> Result<OdometryMessage, FieldError> {
-    Ok(OdometryMessage {
-        stamp_ns: stamp(message, "header.stamp")?,
-        robot_frame: frame(message, "child_frame_id")?,
-        world_from_robot: isometry(message, "pose.pose.position", "pose.pose.orientation")?,
-    })
+/// Reads a decoded message.
+pub type Read = fn(&Value) -> Result<Content, FieldError>;
+
+/// Every type that is read, under its ROS 1 or Foxglove name.
+const TYPES: &[(&str, Role, Read)] = &[
+    ("sensor_msgs/Range", Role::Range, ranges::range),
+    ("sensor_msgs/LaserScan", Role::Range, ranges::laser_scan),
+    ("foxglove.LaserScan", Role::Range, ranges::foxglove_scan),
+    ("sensor_msgs/PointCloud", Role::Range, clouds::point_cloud),
+    (
+        "sensor_msgs/PointCloud2",
+        Role::Range,
+        clouds::point_cloud_2,
+    ),
+    ("nav_msgs/Odometry", Role::Odometry, poses::odometry),
+    (
+        "foxglove.Odometry",
+        Role::Odometry,
+        poses::foxglove_odometry,
+    ),
+    ("foxglove.PoseInFrame", Role::Pose, poses::foxglove_pose),
+    ("geometry_msgs/PoseStamped", Role::Pose, poses::pose),
+    (
+        "geometry_msgs/PoseWithCovarianceStamped",
+        Role::Pose,
+        poses::pose_with_covariance,
+    ),
+    (
+        "geometry_msgs/TransformStamped",
+        Role::Pose,
+        poses::transform_as_pose,
+    ),
+    ("tf2_msgs/TFMessage", Role::Transform, poses::transforms),
+    ("tf/tfMessage", Role::Transform, poses::transforms),
+    (
+        "foxglove.FrameTransforms",
+        Role::Transform,
+        poses::foxglove_transforms,
+    ),
+    (
+        "foxglove.FrameTransform",
+        Role::Transform,
+        poses::foxglove_transform,
+    ),
+    ("std_msgs/String", Role::Description, description),
+];
+
+/// What a message type is good for and how it is read; `None` for types that are not. Text is a
+/// robot's description only on a topic of that name.
+pub fn known(type_name: &str, topic: &str) -> Option<(Role, Read)> {
+    let mut name = short(type_name);
+    if name == "std_msgs/String" && !topic.ends_with("robot_description") {
+        return None;
+    }
+    if let Some(foxglove) = name.strip_prefix("foxglove_msgs/") {
+        name = format!("foxglove.{foxglove}");
+    }
+    TYPES
+        .iter()
+        .find_map(|(known, role, read)| (**known == name).then_some((*role, *read)))
 }
 
-/// Reads `tf2_msgs/TFMessage`.
-///
-/// # Errors
-/// A field that is not there.
-pub fn transforms(message: &Value) -> Result<Vec<TransformMessage>, FieldError> {
-    let transform = |item: &Value| {
-        Ok(TransformMessage {
-            parent: frame(item, "header.frame_id")?,
-            child: frame(item, "child_frame_id")?,
-            parent_from_child: isometry(item, "transform.translation", "transform.rotation")?,
-        })
-    };
-    message.list("transforms")?.iter().map(transform).collect()
+fn description(message: &Value) -> Result<Content, FieldError> {
+    let text = message.text("data")?;
+    Ok(Content::Description(text.to_owned()))
 }
 
-fn stamp(message: &Value, path: &str) -> Result<i64, FieldError> {
-    let seconds = message.integer(&format!("{path}.sec"))?;
-    let nanoseconds = message.integer(&format!("{path}.nanosec"))?;
-    Ok(seconds
-        .saturating_mul(1_000_000_000)
-        .saturating_add(nanoseconds))
-}
-
+/// The frame named at a path, without a leading slash.
 fn frame(message: &Value, path: &str) -> Result<String, FieldError> {
     message
         .text(path)
         .map(|name| name.trim_start_matches('/').to_owned())
 }
 
-fn isometry(
-    message: &Value,
-    position: &str,
-    orientation: &str,
-) -> Result<Option<Isometry3<f64>>, FieldError> {
-    let number = |parent: &str, name: &str| message.number(&format!("{parent}.{name}"));
-    let translation = Translation3::new(
-        number(position, "x")?,
-        number(position, "y")?,
-        number(position, "z")?,
-    );
-    let quaternion = Quaternion::new(
-        number(orientation, "w")?,
-        number(orientation, "x")?,
-        number(orientation, "y")?,
-        number(orientation, "z")?,
-    );
-    let norm = quaternion.norm();
-    let usable =
-        translation.vector.iter().all(|x| x.is_finite()) && norm.is_finite() && norm > 1e-6;
-    Ok(usable
-        .then(|| Isometry3::from_parts(translation, UnitQuaternion::from_quaternion(quaternion))))
+/// The time at a path, nanoseconds; 0 where the field is absent, as protobuf leaves out what is
+/// zero.
+fn optional_time(message: &Value, path: &str) -> Result<i64, FieldError> {
+    match message.get(path) {
+        None => Ok(0),
+        Some(_) => message.time(path),
+    }
 }

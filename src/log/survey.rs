@@ -9,7 +9,7 @@ use std::path::Path;
 use super::channels::{ChannelReport, Channels};
 use super::clock::{ChannelClock, Clocks};
 use super::gather::{Gatherer, STAND_IN};
-use super::value::Value;
+use super::messages::Content;
 use super::{Log, LogError, Loss, Role, container, file_name};
 use crate::config::{Config, SonarOverride};
 
@@ -40,17 +40,15 @@ pub struct Survey {
 /// # Errors
 /// A file that cannot be read or is no MCAP file, and a configuration that is not allowed.
 pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
-    let mut channels = Channels::new(&config.input)?;
+    let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::default();
     let mut clocks = Clocks::default();
     let losses = container::walk(path, &mut |channel, message| {
-        let read = channels.decode(channel, message);
-        let stamp = read.as_ref().and_then(|(role, value)| stamp(*role, value));
+        let read = channels.read(channel, message);
+        let stamp = read.as_ref().and_then(|(_, content)| stamp(content));
         clocks.take(channel, message.log_time, stamp);
-        if let Some((role, value)) = read
-            && let Err(error) = gatherer.take(role, &channel.topic, message.log_time, &value)
-        {
-            channels.failed(channel, error.to_string());
+        if let Some((role, content)) = read {
+            gatherer.take(role, &channel.topic, message.log_time, content);
         }
     })
     .map_err(|error| LogError::open(path, error))?;
@@ -68,18 +66,15 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
     mending.finish(&channels, &losses, clocks)
 }
 
-/// The stamp that a message carries.
-fn stamp(role: Role, message: &Value) -> Option<i64> {
-    if role == Role::Transform {
-        return None; // transforms that never move are stamped in every way
+/// The stamp that a message carries; none for transforms, as those that never move are stamped in
+/// every way.
+fn stamp(content: &Content) -> Option<i64> {
+    match content {
+        Content::Ranges(ranges) => ranges.first().map(|range| range.stamp_ns),
+        Content::Odometry(odometry) => Some(odometry.stamp_ns),
+        Content::Hits(hits) => Some(hits.stamp_ns),
+        Content::Transforms(_) | Content::Description(_) => None,
     }
-    let seconds = message.integer("header.stamp.sec").ok()?;
-    let nanoseconds = message.integer("header.stamp.nanosec").ok()?;
-    Some(
-        seconds
-            .saturating_mul(1_000_000_000)
-            .saturating_add(nanoseconds),
-    )
 }
 
 /// Channels with one report where several publishers fill one topic.

@@ -20,8 +20,19 @@ pub struct TransformTree {
 struct Edge {
     parent: String,
     parent_from_child: Isometry3<f64>,
-    fixed: bool,
+    origin: Origin,
     moved: bool,
+}
+
+/// Where a transform comes from; a later one stands before an earlier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// The robot's description.
+    Description,
+    /// `/tf`.
+    Moving,
+    /// `/tf_static`.
+    Fixed,
 }
 
 /// Where a sensor sits on the robot.
@@ -45,22 +56,41 @@ pub enum NoMount {
     Vertical,
 }
 
+impl Mount {
+    /// A mount that does not move, laid into the plane.
+    ///
+    /// # Errors
+    /// When the beam is vertical.
+    pub fn projected(robot_from_beam: &Isometry3<f64>) -> Result<Self, NoMount> {
+        let axis = robot_from_beam.rotation * Vector3::x();
+        if axis.xy().norm() < 1e-6 {
+            return Err(NoMount::Vertical);
+        }
+        let position = robot_from_beam.translation.vector;
+        let tilt = libm::atan2(axis.z, axis.xy().norm());
+        Ok(Self {
+            robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
+            tilt: (tilt.abs() > TILT).then_some(tilt),
+            moved: false,
+        })
+    }
+}
+
 impl TransformTree {
-    /// Takes a transform. A fixed one (`/tf_static`) stands before one from `/tf`; among fixed
-    /// ones the last, among others the first counts.
-    pub fn add(&mut self, transform: TransformMessage, fixed: bool) {
+    /// Takes a transform. Among those from `/tf` the first counts, else the last.
+    pub fn add(&mut self, transform: TransformMessage, origin: Origin) {
         let Some(parent_from_child) = transform.parent_from_child else {
             return;
         };
         let edge = Edge {
             parent: transform.parent,
             parent_from_child,
-            fixed,
+            origin,
             moved: false,
         };
         match self.edges.get_mut(&transform.child) {
-            Some(known) if known.fixed && !fixed => {}
-            Some(known) if known.fixed == fixed && !fixed => {
+            Some(known) if known.origin > origin => {}
+            Some(known) if known.origin == origin && origin == Origin::Moving => {
                 let change = known.parent_from_child.inv_mul(&edge.parent_from_child);
                 known.moved |= known.parent != edge.parent
                     || change.translation.vector.norm() > 1e-3
@@ -84,30 +114,54 @@ impl TransformTree {
         frames
     }
 
-    /// The mount of a sensor, through the chain of transforms that joins it to the robot.
+    /// The mount of a beam in a sensor's frame, through the chain of transforms that joins the
+    /// frame to the robot.
     ///
     /// # Errors
     /// When no chain does, or the beam is vertical.
-    pub fn mount(&self, robot_frame: &str, sensor_frame: &str) -> Result<Mount, NoMount> {
-        let (robot, sensor) = (self.ancestry(robot_frame), self.ancestry(sensor_frame));
-        let (from_robot, from_sensor) = robot
-            .iter()
-            .find_map(|r| Some((r, sensor.iter().find(|s| s.frame == r.frame)?)))
+    pub fn mount(
+        &self,
+        robot_frame: &str,
+        sensor_frame: &str,
+        sensor_from_beam: &Isometry3<f64>,
+    ) -> Result<Mount, NoMount> {
+        let (robot_from_sensor, moved) = self
+            .between(robot_frame, sensor_frame)
             .ok_or(NoMount::Unconnected)?;
-        let robot_from_sensor = from_robot
-            .frame_from_start
-            .inv_mul(&from_sensor.frame_from_start);
-        let axis = robot_from_sensor.rotation * Vector3::x();
-        if axis.xy().norm() < 1e-6 {
-            return Err(NoMount::Vertical);
-        }
-        let position = robot_from_sensor.translation.vector;
-        let tilt = libm::atan2(axis.z, axis.xy().norm());
         Ok(Mount {
-            robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
-            tilt: (tilt.abs() > TILT).then_some(tilt),
-            moved: from_robot.moved || from_sensor.moved,
+            moved,
+            ..Mount::projected(&(robot_from_sensor * sensor_from_beam))?
         })
+    }
+
+    /// The pose of a frame in another, and whether it moves.
+    pub fn between(&self, target: &str, source: &str) -> Option<(Isometry3<f64>, bool)> {
+        let (targets, sources) = (self.ancestry(target), self.ancestry(source));
+        let (from_target, from_source) = targets
+            .iter()
+            .find_map(|t| Some((t, sources.iter().find(|s| s.frame == t.frame)?)))?;
+        let target_from_source = from_target
+            .frame_from_start
+            .inv_mul(&from_source.frame_from_start);
+        Some((target_from_source, from_target.moved || from_source.moved))
+    }
+
+    /// The frame that a sensor is mounted on in the end: the top of its chain of transforms, as
+    /// far as these do not move and below `world_frame`. `None` for a frame without transforms.
+    pub fn carrier(&self, sensor_frame: &str, world_frame: &str) -> Option<&str> {
+        let mut carrier = None;
+        let mut frame = sensor_frame;
+        for _ in 0..self.edges.len() {
+            let Some(edge) = self.edges.get(frame) else {
+                break;
+            };
+            if edge.moved || edge.parent == world_frame {
+                return carrier.or_else(|| self.edges.get_key_value(frame).map(|(f, _)| &**f));
+            }
+            carrier = Some(edge.parent.as_str());
+            frame = &edge.parent;
+        }
+        carrier
     }
 
     /// A frame and all above it, nearest first.
@@ -138,119 +192,4 @@ struct Ancestor<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::{Translation3, UnitQuaternion};
-    use std::f64::consts::FRAC_PI_2;
-
-    fn transform(parent: &str, child: &str, xyz: [f64; 3], rpy: [f64; 3]) -> TransformMessage {
-        TransformMessage {
-            parent: parent.into(),
-            child: child.into(),
-            parent_from_child: Some(Isometry3::from_parts(
-                Translation3::from(Vector3::from(xyz)),
-                UnitQuaternion::from_euler_angles(rpy[0], rpy[1], rpy[2]),
-            )),
-        }
-    }
-
-    fn close(a: Pose2, b: Pose2) -> bool {
-        (a.position() - b.position()).norm() < 1e-12 && (a.yaw - b.yaw).abs() < 1e-12
-    }
-
-    #[test]
-    fn a_chain_is_followed_up_and_down() {
-        let mut tree = TransformTree::default();
-        tree.add(
-            transform("base_footprint", "base_link", [0.0, 0.0, 0.1], [0.0; 3]),
-            true,
-        );
-        tree.add(
-            transform("base_link", "ring", [0.5, 0.0, 0.0], [0.0, 0.0, FRAC_PI_2]),
-            true,
-        );
-        tree.add(transform("ring", "sonar", [0.1, 0.0, 0.0], [0.0; 3]), true);
-        let below = tree.mount("base_footprint", "sonar").unwrap();
-        assert!(close(
-            below.robot_from_sensor,
-            Pose2::new(0.5, 0.1, FRAC_PI_2)
-        ));
-        tree.add(
-            transform("base_footprint", "head", [-1.0, 0.0, 0.0], [0.0; 3]),
-            true,
-        );
-        let across = tree.mount("head", "sonar").unwrap();
-        assert!(close(
-            across.robot_from_sensor,
-            Pose2::new(1.5, 0.1, FRAC_PI_2)
-        ));
-    }
-
-    #[test]
-    fn the_robots_own_frame_is_a_mount_and_an_unknown_one_is_not() {
-        let tree = TransformTree::default();
-        let own = tree.mount("base_link", "base_link").unwrap();
-        assert_eq!(own.robot_from_sensor, Pose2::IDENTITY);
-        assert_eq!(tree.mount("base_link", "sonar"), Err(NoMount::Unconnected));
-    }
-
-    #[test]
-    fn fixed_transforms_stand_before_moving_ones() {
-        let mut tree = TransformTree::default();
-        tree.add(
-            transform("base_link", "sonar", [9.0, 0.0, 0.0], [0.0; 3]),
-            false,
-        );
-        tree.add(
-            transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
-            true,
-        );
-        tree.add(
-            transform("base_link", "sonar", [8.0, 0.0, 0.0], [0.0; 3]),
-            false,
-        );
-        let mount = tree.mount("base_link", "sonar").unwrap();
-        assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.0, 0.0)));
-        assert!(!mount.moved);
-    }
-
-    #[test]
-    fn a_mount_that_moves_is_noticed() {
-        let mut tree = TransformTree::default();
-        tree.add(
-            transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0; 3]),
-            false,
-        );
-        assert!(!tree.mount("base_link", "sonar").unwrap().moved);
-        tree.add(
-            transform("base_link", "sonar", [0.1, 0.0, 0.0], [0.0, 0.0, 0.3]),
-            false,
-        );
-        assert!(tree.mount("base_link", "sonar").unwrap().moved);
-    }
-
-    #[test]
-    fn loops_end_and_vertical_beams_are_refused() {
-        let mut tree = TransformTree::default();
-        tree.add(transform("a", "b", [0.0; 3], [0.0; 3]), true);
-        tree.add(transform("b", "a", [0.0; 3], [0.0; 3]), true);
-        assert_eq!(tree.mount("base_link", "a"), Err(NoMount::Unconnected));
-        tree.add(
-            transform("base_link", "up", [0.0; 3], [0.0, -FRAC_PI_2, 0.0]),
-            true,
-        );
-        assert_eq!(tree.mount("base_link", "up"), Err(NoMount::Vertical));
-    }
-
-    #[test]
-    fn a_tilted_sonar_is_projected_and_noticed() {
-        let mut tree = TransformTree::default();
-        tree.add(
-            transform("base_link", "s", [0.1, 0.2, 0.3], [0.0, -0.2, 1.0]),
-            true,
-        );
-        let mount = tree.mount("base_link", "s").unwrap();
-        assert!(close(mount.robot_from_sensor, Pose2::new(0.1, 0.2, 1.0)));
-        assert!((mount.tilt.unwrap() - 0.2).abs() < 1e-12);
-    }
-}
+mod tests;

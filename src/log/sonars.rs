@@ -1,0 +1,310 @@
+//! Names and mounts of the sonars, and their readings in order.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use super::transforms::{Mount, NoMount, TransformTree};
+use super::{LogError, MissingMount};
+use crate::config::{Config, SonarOverride};
+use crate::event::{RangeReading, Sonar, SonarId};
+use crate::geometry::Pose2;
+
+/// What tells one sonar from another.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SourceKey {
+    /// The topic its readings come on.
+    pub topic: String,
+    /// Its frame.
+    pub frame: String,
+    /// Its place in a message that holds several.
+    pub element: Option<usize>,
+}
+
+/// A sonar of which only the messages are known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// What tells it from the others.
+    pub key: SourceKey,
+    /// The beam in its first message: its axis is x.
+    pub frame_from_beam: Isometry3<f64>,
+    /// Whether a later message has the beam elsewhere.
+    pub turned: bool,
+}
+
+/// A range reading of a sonar that is not yet known by name. Units as in [`RangeReading`].
+#[derive(Debug, Clone, Copy)]
+pub struct Unplaced {
+    /// When it was taken.
+    pub stamp_ns: i64,
+    /// As the driver wrote it.
+    pub range: f64,
+    /// NaN where the driver knows none.
+    pub min_range: f64,
+    /// NaN where the driver knows none.
+    pub max_range: f64,
+    /// 0 or NaN where the message does not say it.
+    pub beam_width: f64,
+    /// What it is where the configuration does not say it either; 0 or NaN for unknown.
+    pub likely_beam_width: f64,
+    /// 0 where the driver gives none.
+    pub variance: f64,
+}
+
+/// What sonars are placed by.
+#[derive(Debug, Clone, Copy)]
+pub struct Placing<'a> {
+    /// Name of the log.
+    pub file: &'a str,
+    /// Topic of the odometry.
+    pub odometry_topic: &'a str,
+    /// Frame that the odometry is in.
+    pub world_frame: &'a str,
+    /// Frame that the odometry moves; empty where it does not say it.
+    pub robot_frame: &'a str,
+    /// All transforms of the log.
+    pub transforms: &'a TransformTree,
+    /// What the user knows of sonars.
+    pub config: &'a Config,
+}
+
+/// A source with its name and what the configuration says of it.
+struct Named<'a> {
+    source: &'a Source,
+    name: String,
+    /// The sonar's own; a ring's where it has none.
+    known: SonarOverride,
+    /// The mount of the frame: from the ring's name.
+    frame_mount: Option<Pose2>,
+}
+
+impl Placing<'_> {
+    /// The sonars by name, and their readings by stamp.
+    ///
+    /// # Errors
+    /// A sonar without mount or beam width.
+    pub fn place(
+        &self,
+        sources: &[Source],
+        readings: Vec<(usize, Unplaced)>,
+        notes: &mut Vec<String>,
+    ) -> Result<(Vec<Sonar>, Vec<RangeReading>), LogError> {
+        let named = self.name(sources, notes);
+        let robot_frame = self.robot_frame(&named, notes)?;
+        let mut order: Vec<usize> = (0..named.len()).collect();
+        order.sort_by(|a, b| {
+            let name = |i: &usize| named.get(*i).map(|sonar| &sonar.name);
+            name(a).cmp(&name(b))
+        });
+        let mut sonars = Vec::with_capacity(named.len());
+        let mut ids = vec![SonarId(0); named.len()];
+        for (place, index) in order.into_iter().enumerate() {
+            let (Some(sonar), Some(id)) = (named.get(index), ids.get_mut(index)) else {
+                continue;
+            };
+            *id = SonarId(u16::try_from(place).map_err(|_| LogError::TooManySonars {
+                file: self.file.to_owned(),
+            })?);
+            let mount = self.mount(sonar, &robot_frame)?;
+            notes.extend(on_mount(sonar, &mount));
+            sonars.push(Sonar {
+                name: sonar.name.clone(),
+                topic: sonar.source.key.topic.clone(),
+                robot_from_sensor: mount.robot_from_sensor,
+            });
+        }
+        let mut placed = Vec::with_capacity(readings.len());
+        for (index, reading) in readings {
+            if let (Some(sonar), Some(id)) = (named.get(index), ids.get(index)) {
+                placed.push(self.reading(sonar, *id, &reading)?);
+            }
+        }
+        placed.sort_by_key(|r| (r.stamp_ns, r.sonar));
+        Ok((sonars, placed))
+    }
+
+    /// A sonar's name: its frame, or its topic where two topics share the frame; and its place in
+    /// the message, where that holds several.
+    fn name<'s>(&self, sources: &'s [Source], notes: &mut Vec<String>) -> Vec<Named<'s>> {
+        let origins: BTreeSet<(&str, &str)> = sources
+            .iter()
+            .map(|s| (s.key.topic.as_str(), s.key.frame.as_str()))
+            .collect();
+        let (mut on_topic, mut in_frame) = (BTreeMap::new(), BTreeMap::new());
+        for (topic, frame) in &origins {
+            *on_topic.entry(*topic).or_insert(0) += 1;
+            *in_frame.entry(*frame).or_insert(0) += 1;
+        }
+        let mut unused: BTreeSet<&str> = self.config.sonar.keys().map(String::as_str).collect();
+        let named = sources.iter().map(|source| {
+            let (topic, frame) = (source.key.topic.as_str(), source.key.frame.as_str());
+            let only_of_topic = on_topic.get(topic) == Some(&1);
+            let only_of_frame = in_frame.get(frame) == Some(&1);
+            let whole = match (frame.is_empty(), only_of_frame, only_of_topic) {
+                (false, true, _) => frame.to_owned(),
+                (_, _, true) => topic.to_owned(),
+                _ => format!("{topic}:{frame}"),
+            };
+            let name = match source.key.element {
+                Some(element) => format!("{whole}[{element}]"),
+                None => whole.clone(),
+            };
+            unused.remove(whole.as_str());
+            unused.remove(name.as_str());
+            let of = |name: &str| self.config.sonar.get(name).cloned().unwrap_or_default();
+            let ring = source.key.element.map(|_| of(&whole)).unwrap_or_default();
+            let own = of(&name);
+            Named {
+                source,
+                name,
+                frame_mount: mount_of(&ring),
+                known: SonarOverride {
+                    beam_width: own.beam_width.or(ring.beam_width),
+                    min_range: own.min_range.or(ring.min_range),
+                    max_range: own.max_range.or(ring.max_range),
+                    ..own
+                },
+            }
+        });
+        let named = named.collect();
+        notes.extend(unused.into_iter().map(|name| {
+            format!("the configuration describes sonar `{name}`, which the log does not have")
+        }));
+        named
+    }
+
+    /// The frame that the odometry moves: as it says, or else the one that carries every sonar
+    /// whose mount is not in the configuration.
+    fn robot_frame(
+        &self,
+        named: &[Named<'_>],
+        notes: &mut Vec<String>,
+    ) -> Result<String, LogError> {
+        let mut to_mount = named
+            .iter()
+            .filter(|sonar| mount_of(&sonar.known).is_none() && sonar.frame_mount.is_none())
+            .map(|sonar| sonar.source.key.frame.as_str())
+            .peekable();
+        if !self.robot_frame.is_empty() || to_mount.peek().is_none() {
+            return Ok(self.robot_frame.to_owned());
+        }
+        let carriers: BTreeSet<&str> = to_mount
+            .filter_map(|frame| self.transforms.carrier(frame, self.world_frame))
+            .collect();
+        let mut found = carriers.iter();
+        if let (Some(carrier), None) = (found.next(), found.next()) {
+            notes.push(format!(
+                "{} does not name the frame that it moves; `{carrier}` is taken, which carries the sonars \
+                 (input.robot_frame sets another)",
+                self.odometry_topic
+            ));
+            return Ok((*carrier).to_owned());
+        }
+        Err(LogError::NoRobotFrame {
+            topic: self.odometry_topic.to_owned(),
+            carriers: carriers.into_iter().map(Into::into).collect(),
+        })
+    }
+
+    fn mount(&self, sonar: &Named<'_>, robot_frame: &str) -> Result<Mount, LogError> {
+        let source = sonar.source;
+        let found = match (mount_of(&sonar.known), sonar.frame_mount) {
+            (Some(robot_from_sensor), _) => Ok(Mount {
+                robot_from_sensor,
+                tilt: None,
+                moved: false,
+            }),
+            (None, Some(robot_from_frame)) => {
+                Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
+            }
+            (None, None) => {
+                self.transforms
+                    .mount(robot_frame, &source.key.frame, &source.frame_from_beam)
+            }
+        };
+        found.map_err(|why| {
+            LogError::NoMount(Box::new(MissingMount {
+                sonar: sonar.name.clone(),
+                topic: source.key.topic.clone(),
+                frame: source.key.frame.clone(),
+                robot_frame: robot_frame.to_owned(),
+                why: explain(why, &source.key.frame, robot_frame),
+                frames: self
+                    .transforms
+                    .frames()
+                    .into_iter()
+                    .map(Into::into)
+                    .collect(),
+            }))
+        })
+    }
+
+    fn reading(
+        &self,
+        sonar: &Named<'_>,
+        id: SonarId,
+        reading: &Unplaced,
+    ) -> Result<RangeReading, LogError> {
+        let known = &sonar.known;
+        let usable = |width: &f64| *width > 0.0 && width.is_finite();
+        let beam_width = Some(reading.beam_width)
+            .filter(usable)
+            .or(known.beam_width)
+            .or(self.config.sonars.beam_width)
+            .or(Some(reading.likely_beam_width).filter(usable))
+            .ok_or_else(|| LogError::NoBeamWidth {
+                sonar: sonar.name.clone(),
+                topic: sonar.source.key.topic.clone(),
+            })?;
+        let limit = |given: f64, none: f64| if given.is_nan() { none } else { given };
+        Ok(RangeReading {
+            stamp_ns: reading.stamp_ns,
+            sonar: id,
+            range: reading.range,
+            min_range: known.min_range.unwrap_or(limit(reading.min_range, 0.0)),
+            max_range: known
+                .max_range
+                .unwrap_or(limit(reading.max_range, f64::INFINITY)),
+            beam_width,
+            variance: reading.variance,
+        })
+    }
+}
+
+fn mount_of(known: &SonarOverride) -> Option<Pose2> {
+    Some(Pose2::new(known.x?, known.y?, known.yaw?))
+}
+
+fn in_space(pose: Pose2) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw);
+    Isometry3::from_parts([pose.x, pose.y, 0.0].into(), turn)
+}
+
+fn explain(why: NoMount, frame: &str, robot_frame: &str) -> String {
+    match why {
+        NoMount::Unconnected if frame.is_empty() => "its messages name no frame".to_owned(),
+        NoMount::Unconnected => format!("no transform joins it to `{robot_frame}`"),
+        NoMount::Vertical => "its beam points straight up or down".to_owned(),
+    }
+}
+
+fn on_mount(sonar: &Named<'_>, mount: &Mount) -> Vec<String> {
+    let name = &sonar.name;
+    let tilted = mount.tilt.map(|tilt| {
+        format!(
+            "sonar `{name}` is tilted {:.1} deg out of the plane; its mount is projected and its ranges are taken as they are",
+            tilt.to_degrees()
+        )
+    });
+    let moved = mount.moved.then(|| {
+        format!(
+            "the mount of sonar `{name}` moves on /tf; its first pose is taken for the whole log"
+        )
+    });
+    let turned = sonar.source.turned.then(|| {
+        format!(
+            "the beam of sonar `{name}` turns in its messages; its first bearing is taken for the whole log"
+        )
+    });
+    [tilted, moved, turned].into_iter().flatten().collect()
+}

@@ -1,0 +1,228 @@
+//! Logs in other encodings and types, from outside: each is made from a sample log.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing
+)]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+use support::{Bench, sample};
+
+/// One channel's encoding and schema: message encoding, type name, schema encoding, schema.
+type Kind = (&'static str, &'static str, &'static str, &'static [u8]);
+
+const SCAN: Kind = ("json", "foxglove.LaserScan", "jsonschema", b"{}");
+const TRANSFORMS: Kind = ("json", "foxglove.FrameTransforms", "jsonschema", b"{}");
+const POSE: Kind = ("json", "foxglove.PoseInFrame", "jsonschema", b"{}");
+const PLAIN: Kind = ("json", "", "", b"");
+
+/// A log made of messages: topic, kind, time and content.
+fn log(messages: &[(&str, Kind, i64, Vec<u8>)]) -> Vec<u8> {
+    let mut writer = mcap::WriteOptions::new()
+        .create(Cursor::new(Vec::new()))
+        .unwrap();
+    for (topic, (encoding, name, schema_encoding, schema), time, data) in messages {
+        let schema = match schema_encoding.len() + name.len() {
+            0 => 0,
+            _ => writer.add_schema(name, schema_encoding, schema).unwrap(),
+        };
+        let channel_id = writer
+            .add_channel(schema, topic, encoding, &BTreeMap::new())
+            .unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: *time as u64,
+            publish_time: *time as u64,
+        };
+        writer.write_to_known_channel(&header, data).unwrap();
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+fn bytes(value: Value) -> Vec<u8> {
+    value.to_string().into_bytes()
+}
+
+fn stamp(time: i64) -> Value {
+    json!({"sec": time / 1_000_000_000, "nsec": time % 1_000_000_000})
+}
+
+/// A robot that drives a metre a second past a wall on its left, in JSON.
+fn drive(ranges: impl Fn(i64) -> (Kind, Vec<u8>)) -> Vec<(&'static str, Kind, i64, Vec<u8>)> {
+    let turn = json!({"x": 0, "y": 0, "z": 0, "w": 1});
+    let edge = |parent: &str, child: &str, x: f64| {
+        json!({"timestamp": stamp(1), "parent_frame_id": parent, "child_frame_id": child,
+            "translation": {"x": x, "y": 0, "z": 0}, "rotation": turn})
+    };
+    let edges = bytes(json!({"transforms": [edge("base", "ring", 0.1)]}));
+    let mut messages = vec![("/tf_static", TRANSFORMS, 1, edges)];
+    for step in 0..60 {
+        let time = 1_000_000_000 + step * 100_000_000;
+        let at = json!({"position": {"x": step as f64 * 0.1, "y": 0, "z": 0}, "orientation": turn});
+        let pose = json!({"timestamp": stamp(time), "frame_id": "odom", "pose": at});
+        messages.push(("/pose", POSE, time, bytes(pose)));
+        let (kind, data) = ranges(time);
+        messages.push(("/ranges", kind, time, data));
+    }
+    messages
+}
+
+/// A ring of three beams, to the front left, left and rear left; the wall is 1.5 m away.
+fn ring(time: i64) -> (Kind, Vec<u8>) {
+    let slant = 1.5 * std::f64::consts::SQRT_2;
+    let scan = json!({"timestamp": stamp(time), "frame_id": "ring",
+        "start_angle": std::f64::consts::FRAC_PI_4, "end_angle": 3.0 * std::f64::consts::FRAC_PI_4,
+        "ranges": [slant, 1.5, null]});
+    (SCAN, bytes(scan))
+}
+
+fn sensors(bench: &Bench) -> Vec<(String, f64)> {
+    let mut sensors: Vec<(String, f64)> = bench
+        .json_lines("t")
+        .iter()
+        .map(|row| {
+            (
+                row["sensor"].as_str().unwrap().to_owned(),
+                row["yaw"].as_f64().unwrap().to_degrees().round(),
+            )
+        })
+        .collect();
+    sensors.sort_by(|a, b| a.0.cmp(&b.0));
+    sensors.dedup();
+    sensors
+}
+
+#[test]
+fn a_scan_is_a_ring_of_sonars_on_the_frame_that_carries_them() {
+    let bench = Bench::new();
+    let path = bench.put("ring.mcap", log(&drive(ring)));
+    let run = bench.tmam(&path, "replay {} --trace t");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("`base` is taken"), "{}", run.stderr);
+    let expected = [("ring[0]".to_owned(), 45.0), ("ring[1]".to_owned(), 90.0)];
+    assert_eq!(sensors(&bench), expected);
+
+    // One mount for the ring, or one for a beam.
+    bench.put(
+        "tmam.toml",
+        "[sonar.ring]\nx = 0\ny = 0\nyaw = 10\n[sonar.'ring[1]']\nx = 0\ny = 0\nyaw = 80\n",
+    );
+    let run = bench.tmam(&path, "replay {} --trace t --config tmam.toml");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let expected = [("ring[0]".to_owned(), 55.0), ("ring[1]".to_owned(), 80.0)];
+    assert_eq!(sensors(&bench), expected);
+}
+
+#[test]
+fn a_lidar_is_no_sonar_ring_unless_it_is_asked_for() {
+    let scan = |time: i64| {
+        let scan = json!({"timestamp": stamp(time), "frame_id": "ring", "start_angle": -1.5,
+            "end_angle": 1.5, "ranges": vec![2.0; 65]});
+        (SCAN, bytes(scan))
+    };
+    let bench = Bench::new();
+    let path = bench.put("lidar.mcap", log(&drive(scan)));
+    let refused = bench.tmam(&path, "replay {} --trace t");
+    assert_eq!(refused.code, 2);
+    for said in ["65 ranges", "a lidar's", "--range-topic"] {
+        assert!(refused.stderr.contains(said), "{}", refused.stderr);
+    }
+    let arguments = "replay {} --trace t --range-topic /ranges --gamma 1";
+    let run = bench.tmam(&path, arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(sensors(&bench).len(), 65);
+}
+
+#[test]
+fn a_channel_that_is_not_read_is_left_out_with_the_reason() {
+    let mut messages = drive(ring);
+    let idl: Kind = ("cdr", "sensor_msgs/msg/Range", "ros2idl", b"module m {};");
+    let xcdr2: Kind = ("cdr", "sensor_msgs/msg/Range", "", b"");
+    messages.push(("/idl", idl, 5, vec![0, 1, 0, 0]));
+    messages.push(("/xcdr2", xcdr2, 5, vec![0, 7, 0, 0]));
+    let bench = Bench::new();
+    let path = bench.put("log.mcap", log(&messages));
+    let run = bench.tmam(&path, "replay {} --trace t");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for said in [
+        "/idl is left out",
+        "IDL",
+        "/xcdr2 is left out",
+        "not plain CDR",
+    ] {
+        assert!(run.stderr.contains(said), "no {said}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn messages_of_unknown_types_are_read_by_field_paths() {
+    let bench = Bench::new();
+    let own = |time: i64| {
+        let data = bytes(json!({"t": time / 1_000_000, "cm": [150, 140]}));
+        (PLAIN, data)
+    };
+    let path = bench.put("own.mcap", log(&drive(own)));
+    let refused = bench.tmam(&path, "replay {} --trace t");
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("[channel."), "{}", refused.stderr);
+    bench.put(
+        "tmam.toml",
+        "[channel.'/ranges']\nrange = 'cm'\nmetres_per_unit = 0.01\nstamp = 't'\nstamp_unit = 'ms'\n\
+         frame_name = 'ring'\nbeam_width = 25\n[sonar.'ring[0]']\nx = 0\ny = 0.1\nyaw = 90\n\
+         [sonar.'ring[1]']\nx = 0\ny = -0.1\nyaw = -90\n[input]\nrobot_frame = 'base'\n",
+    );
+    let run = bench.tmam(&path, "replay {} --trace t --config tmam.toml");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let rows = bench.json_lines("t");
+    assert_eq!(rows[0]["range"], 1.5);
+    let expected = [("ring[0]".to_owned(), 90.0), ("ring[1]".to_owned(), -90.0)];
+    assert_eq!(sensors(&bench), expected);
+}
+
+#[test]
+fn standard_types_need_no_definition() {
+    let bench = Bench::new();
+    let original: PathBuf = sample("room_step.mcap");
+    let file = std::fs::read(&original).unwrap();
+    let messages: Vec<_> = mcap::MessageStream::new(&file)
+        .unwrap()
+        .map(Result::unwrap)
+        .filter(|m| m.channel.message_encoding == "cdr")
+        .collect();
+    let bare: Vec<_> = messages
+        .iter()
+        .map(|m| {
+            let name = match m.channel.schema.as_ref().unwrap().name.as_str() {
+                "sensor_msgs/msg/Range" => "sensor_msgs/msg/Range",
+                "nav_msgs/msg/Odometry" => "nav_msgs/msg/Odometry",
+                _ => "tf2_msgs/msg/TFMessage",
+            };
+            let kind: Kind = ("cdr", name, "", b"");
+            (
+                m.channel.topic.as_str(),
+                kind,
+                m.log_time as i64,
+                m.data.to_vec(),
+            )
+        })
+        .collect();
+    let path = bench.put("bare.mcap", log(&bare));
+    assert_eq!(bench.tmam(&original, "replay {} --trace a").code, 0);
+    let run = bench.tmam(&path, "replay {} --trace b");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let labels = |name: &str| -> Vec<Value> {
+        let rows = bench.json_lines(name);
+        rows.iter().map(|row| row["label"].clone()).collect()
+    };
+    assert_eq!(labels("a"), labels("b"));
+}
