@@ -77,7 +77,9 @@ impl Error {
     /// The exit code that goes with it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Replay(ReplayError::NoFrames { .. }) => INCOMPLETE,
+            Self::Replay(ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. }) => {
+                INCOMPLETE
+            }
             _ => UNUSABLE,
         }
     }

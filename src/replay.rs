@@ -39,6 +39,17 @@ pub enum ReplayError {
         /// The sonar's name.
         sonar: String,
     },
+    /// Not one reading in the window.
+    #[error(
+        "no reading lies in the window: the log has {readings} of them in {seconds:.3} s. Widen the \
+         window that --start and --end leave"
+    )]
+    EmptyWindow {
+        /// Readings of the log.
+        readings: usize,
+        /// From the first to the last.
+        seconds: f64,
+    },
     /// Not one reading with a pose.
     #[error(
         "no frame could be opened: none of {readings} range readings ({ranges}) has a pose from \
@@ -204,6 +215,14 @@ impl<'a> Replay<'a> {
     }
 
     fn no_frames(&self, tally: &Tally) -> ReplayError {
+        let all = &self.log.events.readings;
+        if let (Some(first), Some(last), true) = (all.first(), all.last(), self.readings.is_empty())
+        {
+            return ReplayError::EmptyWindow {
+                readings: all.len(),
+                seconds: last.stamp_ns.saturating_sub(first.stamp_ns) as f64 * 1e-9,
+            };
+        }
         let stamps = |of: &[i64]| match (of.first(), of.last()) {
             (Some(first), Some(last)) => format!(
                 "{:.3} s to {:.3} s",
@@ -226,9 +245,7 @@ impl<'a> Replay<'a> {
             ranges: stamps(&readings),
             samples: odometry.len(),
             odometry: stamps(&odometry),
-            advice: if readings.is_empty() {
-                "Widen the window that --start and --end leave"
-            } else if gaps {
+            advice: if gaps {
                 "The odometry is too sparse: raise frames.max_odometry_gap in the configuration"
             } else {
                 "The two do not overlap in time: check the clocks of the robot's computers"

@@ -66,8 +66,7 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
     )?;
 
     let tally = &outcome.tally;
-    let mut row =
-        |name: &str, count: u64, what: &str| writeln!(text, "{name:<10} {count:>7}  {what}");
+    let mut row = |name: &str, count: u64, what: &str| row(text, name, count, what);
     row("frames", outcome.frames.into(), "")?;
     let surplus = match tally.surplus {
         0 => String::new(),
@@ -122,8 +121,7 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
         };
         *actions.entry(action).or_default() += 1;
     }
-    let mut row =
-        |name: &str, count: usize, what: &str| writeln!(text, "{name:<10} {count:>7}  {what}");
+    let mut row = |name: &str, count: usize, what: &str| row(text, name, count as u64, what);
     row(
         "features",
         extractions.len(),
@@ -158,6 +156,11 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
             plural((outcome.map.len() - lines) as u64, "point"),
         ),
     )
+}
+
+fn row(text: &mut String, name: &str, count: u64, what: &str) -> fmt::Result {
+    let line = format!("{name:<10} {count:>7}  {what}");
+    writeln!(text, "{}", line.trim_end())
 }
 
 /// `3 gap, 2 missing`, the largest first.
