@@ -1,6 +1,6 @@
 //! Which channels are used, for what, and how each is decoded.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::container::{Channel, RawMessage};
 use super::custom;
@@ -44,6 +44,8 @@ pub struct Channels {
     odometry_topics: globset::GlobSet,
     described: BTreeMap<String, ChannelFields>,
     known: BTreeMap<u16, (ChannelReport, Option<Reader>)>,
+    /// Channels whose first message is of no form that is read.
+    foreign: BTreeSet<u16>,
 }
 
 /// From the bytes of a channel's messages to what they say.
@@ -78,6 +80,7 @@ impl Channels {
             odometry_topics: glob_set(&input.odometry_topics)?,
             described: config.channel.clone(),
             known: BTreeMap::new(),
+            foreign: BTreeSet::new(),
         })
     }
 
@@ -101,12 +104,12 @@ impl Channels {
                 None
             }
             Ok(content) => Some((reader.role, content)),
-            Err(DecodeError::Channel(problem)) if report.messages == 1 => {
-                report.used = false;
-                report.problem = Some(problem);
-                None
-            }
-            Err(DecodeError::Channel(problem) | DecodeError::Message(problem)) => {
+            Err(error) => {
+                // One such message may be damaged; when all are so, it is the channel.
+                if let (DecodeError::Channel(_), 1) = (&error, report.messages) {
+                    self.foreign.insert(channel.id);
+                }
+                let (DecodeError::Channel(problem) | DecodeError::Message(problem)) = error;
                 report.undecoded += 1;
                 report.problem.get_or_insert(problem);
                 None
@@ -116,7 +119,15 @@ impl Channels {
 
     /// What each channel with messages turned out to be, by topic.
     pub fn into_reports(self) -> Vec<ChannelReport> {
-        let mut reports: Vec<ChannelReport> = self.known.into_values().map(|(r, _)| r).collect();
+        let foreign = self.foreign;
+        let settle = |(id, (mut report, _)): (u16, (ChannelReport, Option<Reader>))| {
+            if foreign.contains(&id) && report.undecoded == report.messages {
+                report.used = false;
+                report.undecoded = 0;
+            }
+            report
+        };
+        let mut reports: Vec<ChannelReport> = self.known.into_iter().map(settle).collect();
         reports.sort_by(|a, b| a.topic.cmp(&b.topic));
         reports
     }

@@ -6,14 +6,24 @@
 
 use std::io::Cursor;
 
-use super::container;
-use super::ros2;
+use std::rc::Rc;
+
+use super::container::{self, Channel, Schema};
+use super::decoder::Decoder;
+use super::description;
 
 /// A fuzzed part.
 pub type Target = fn(&[u8]);
 
 /// Every target: the name of its corpus, and its function.
-pub const TARGETS: [(&str, Target); 2] = [("container", container), ("ros2", ros2)];
+pub const TARGETS: [(&str, Target); 6] = [
+    ("container", container),
+    ("description", description),
+    ("json", json),
+    ("protobuf", protobuf),
+    ("ros1", ros1),
+    ("ros2", ros2),
+];
 
 /// A whole file.
 pub fn container(file: &[u8]) {
@@ -27,14 +37,51 @@ pub fn container(file: &[u8]) {
     }
 }
 
-/// A definition and a message of it: the definition's length in two bytes, itself, the message.
+/// A ROS 2 definition and a message of it.
 pub fn ros2(input: &[u8]) {
+    message("cdr", "ros2msg", "fuzz_msgs/msg/Fuzz", input);
+}
+
+/// A ROS 1 definition and a message of it.
+pub fn ros1(input: &[u8]) {
+    message("ros1", "ros1msg", "fuzz_msgs/Fuzz", input);
+}
+
+/// Protobuf descriptors and a message of them.
+pub fn protobuf(input: &[u8]) {
+    message("protobuf", "protobuf", "Fuzz", input);
+}
+
+/// A JSON schema, which is not used, and a message.
+pub fn json(input: &[u8]) {
+    message("json", "jsonschema", "Fuzz", input);
+}
+
+/// A robot description.
+pub fn description(input: &[u8]) {
+    if let Ok(urdf) = std::str::from_utf8(input) {
+        let _ = description::fixed_joints(urdf);
+    }
+}
+
+/// A definition and a message of it: the definition's length in two bytes, itself, the message.
+fn message(encoding: &str, schema_encoding: &str, name: &str, input: &[u8]) {
     let Some((length, rest)) = input.split_first_chunk::<2>() else {
         return;
     };
     let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
     let (definition, message) = rest.split_at(length);
-    if let Ok(decoder) = ros2::Decoder::new("fuzz_msgs/msg/Fuzz", definition) {
+    let channel = Channel {
+        id: 0,
+        topic: "/fuzz".to_owned(),
+        encoding: encoding.to_owned(),
+        schema: Rc::new(Schema {
+            name: name.to_owned(),
+            encoding: schema_encoding.to_owned(),
+            data: definition.to_vec(),
+        }),
+    };
+    if let Ok(decoder) = Decoder::of(&channel) {
         let _ = decoder.decode(message);
     }
 }

@@ -158,6 +158,9 @@ fn fields_only(text: &str) -> String {
     let lines = text.lines().filter_map(|line| {
         if line.trim_start().starts_with("===") {
             Some(line.to_owned())
+        } else if line.trim_start().starts_with("MSG:") {
+            // The parser passes over a definition without lines; a comment is one.
+            Some(format!("{line}\n#"))
         } else {
             field(line)
         }
@@ -292,6 +295,12 @@ mod tests {
             ros2.unwrap_err(),
             SchemaError::UnknownType("p/Header".into())
         );
+    }
+
+    #[test]
+    fn types_of_constants_or_of_nothing_are_types() {
+        let text = "Empty e\nKind k\n===\nMSG: p/Empty\n===\nMSG: p/Kind\nuint8 A=1\nuint8 B=2";
+        assert!(Plan::new(Dialect::Ros2, "p/msg/T", text.as_bytes()).is_ok());
     }
 
     #[test]

@@ -6,6 +6,25 @@ use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, ReflectMe
 
 use super::value::Value;
 
+/// The pool of a schema's descriptors.
+///
+/// `prost-reflect` 0.16 panics where it words its complaint about some broken descriptors (it looks
+/// up the file that it has not yet taken in), so its panic is caught, unseen, and taken for the
+/// error that it was to become.
+fn pool(descriptors: &[u8]) -> Result<DescriptorPool, ProtobufError> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let outcome = std::panic::catch_unwind(|| DescriptorPool::decode(descriptors));
+    std::panic::set_hook(hook);
+    match outcome {
+        Ok(Ok(pool)) => Ok(pool),
+        Ok(Err(error)) => Err(ProtobufError::Descriptors(error.to_string())),
+        Err(_) => Err(ProtobufError::Descriptors(
+            "its descriptors contradict each other".to_owned(),
+        )),
+    }
+}
+
 /// Why a schema or a message cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ProtobufError {
@@ -32,8 +51,7 @@ impl Decoder {
     /// # Errors
     /// A schema that is none, or does not have the type.
     pub fn new(name: &str, descriptors: &[u8]) -> Result<Self, ProtobufError> {
-        let pool = DescriptorPool::decode(descriptors)
-            .map_err(|e| ProtobufError::Descriptors(e.to_string()))?;
+        let pool = pool(descriptors)?;
         let message = pool
             .get_message_by_name(name.trim_start_matches('.'))
             .ok_or_else(|| ProtobufError::UnknownType(name.to_owned()))?;
@@ -106,6 +124,20 @@ fn array(items: &[prost_reflect::Value]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn broken_descriptors_are_refused_without_a_panic() {
+        let seed = include_bytes!("../../fuzz/corpus/protobuf/nested");
+        let descriptors = &seed[2..];
+        for place in 0..descriptors.len() {
+            for flip in [1, 2, 4, 8, 16, 32, 64, 128] {
+                let mut broken = descriptors.to_vec();
+                broken[place] ^= flip;
+                let _ = Decoder::new("Fuzz", &broken);
+                let _ = Decoder::new("Fuzz", &broken[..place]);
+            }
+        }
+    }
     use prost_reflect::prost::Message;
     use prost_reflect::prost_types::field_descriptor_proto::{Label, Type};
     use prost_reflect::prost_types::{
