@@ -149,6 +149,7 @@ impl Mending {
         }
         if self.no_odometry {
             log.events.odometry.clear();
+            log.messages = log.messages.saturating_sub(1); // the one that stood in
             self.odometry_topic = None;
         }
         Survey {

@@ -175,8 +175,6 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
     } else if info.channels.iter().any(unread) {
         format!("record the {role} channels in a form that is read")
     } else {
-        format!(
-            "no channel above has a type that is read as {role}; docs/formats.md says which are"
-        )
+        format!("no channel above has a type that is read as {role}; docs/logs.md says which are")
     }
 }
