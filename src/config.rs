@@ -19,6 +19,8 @@ use channel::ChannelFields;
 pub enum Rule {
     /// The paper's rule, with its errors corrected (`docs/algorithm.md`).
     Paper,
+    /// What the readings support within their noise (`docs/algorithm.md`).
+    NoiseAware,
 }
 
 /// The parameters of a replay: [`Config::default`] or [`file::parse`], then [`file::check`].
@@ -41,6 +43,8 @@ pub struct Config {
     pub opinion: Opinion,
     /// How features are fused into the map.
     pub map: Map,
+    /// In what the noise-aware rule departs from the paper; without effect on the paper's rule.
+    pub noise_aware: Departures,
     /// What holds for every sonar whose messages or transforms do not say it.
     pub sonars: SonarDefaults,
     /// What is known of single sonars, by name.
@@ -126,13 +130,17 @@ pub struct Noise {
     pub sigma_rel: f64,
 }
 
-/// When the readings of a triple contradict its label.
+/// When readings support a line or a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Opinion {
     /// A line or a point explains three readings when its chi2, with one degree of freedom, is
-    /// below this.
+    /// below this; more readings have a gate that lets through the same share.
     pub gate: f64,
+    /// By how much chi2 of the one must exceed that of the other for readings to decide.
+    pub decisive: f64,
+    /// How many readings to either side of an arc are looked at, at most.
+    pub max_half_width: usize,
 }
 
 /// How features are fused into the map.
@@ -141,6 +149,36 @@ pub struct Opinion {
 pub struct Map {
     /// Points nearer than this are the same point, metres.
     pub match_distance: f64,
+    /// Features are the same when their Mahalanobis distance, squared, is below this.
+    pub gate: f64,
+    /// Longest stretch without readings between two segments of one wall, metres.
+    pub max_wall_gap: f64,
+    /// This many runs that agree confirm a feature.
+    pub confirm_runs: u32,
+    /// This many readings confirm a feature that comes from fewer runs.
+    pub confirm_readings: u32,
+}
+
+/// In what the noise-aware rule departs from the paper, each to be switched off by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Departures {
+    /// Arcs are labelled by what their readings support, widened until it is decided; not by
+    /// comparing theta_c with theta_i.
+    pub label_by_opinion: bool,
+    /// Fits are iterated to their end, not until a step is below a centimetre.
+    pub converge: bool,
+    /// A run is accepted only if all its readings fit, but for a few outliers.
+    pub reject_misfits: bool,
+    /// A feature whose mirror image at the robot's path fits as well is not registered.
+    pub reject_mirrored: bool,
+    /// Features are fused by their information, matched by their Mahalanobis distance; not by means
+    /// weighted with numbers of readings, matched by (24) to (26).
+    pub fuse_by_information: bool,
+    /// Features of the map that turn out to be the same become one.
+    pub merge: bool,
+    /// A feature with too little support stays tentative.
+    pub confirm: bool,
 }
 
 /// What holds for every sonar whose messages do not say it.
@@ -188,6 +226,7 @@ impl Default for Config {
             noise: Noise::default(),
             opinion: Opinion::default(),
             map: Map::default(),
+            noise_aware: Departures::default(),
             sonars: SonarDefaults::default(),
             sonar: BTreeMap::new(),
             channel: BTreeMap::new(),
@@ -239,7 +278,11 @@ impl Default for Noise {
 impl Default for Opinion {
     fn default() -> Self {
         // One in a hundred triples of one target lies beyond.
-        Self { gate: 6.63 }
+        Self {
+            gate: 6.63,
+            decisive: 13.0,
+            max_half_width: 10,
+        }
     }
 }
 
@@ -247,6 +290,47 @@ impl Default for Map {
     fn default() -> Self {
         Self {
             match_distance: 0.2,
+            gate: 25.0,
+            max_wall_gap: 1.0,
+            confirm_runs: 2,
+            confirm_readings: 8,
+        }
+    }
+}
+
+impl Default for Departures {
+    fn default() -> Self {
+        Self {
+            label_by_opinion: true,
+            converge: true,
+            reject_misfits: true,
+            reject_mirrored: true,
+            fuse_by_information: true,
+            merge: true,
+            confirm: true,
+        }
+    }
+}
+
+impl Departures {
+    /// None: the paper to the letter.
+    pub const NONE: Self = Self {
+        label_by_opinion: false,
+        converge: false,
+        reject_misfits: false,
+        reject_mirrored: false,
+        fuse_by_information: false,
+        merge: false,
+        confirm: false,
+    };
+}
+
+impl Config {
+    /// In what the rule departs from the paper.
+    pub fn departures(&self) -> Departures {
+        match self.rule {
+            Rule::Paper => Departures::NONE,
+            Rule::NoiseAware => self.noise_aware,
         }
     }
 }

@@ -62,6 +62,12 @@ struct Feature<'a> {
     residual_rms: f64,
     iterations: u32,
     converged: bool,
+    outliers: Vec<u32>,
+    opinion: &'static str,
+    #[serde(serialize_with = "number")]
+    chi2_line: f64,
+    #[serde(serialize_with = "number")]
+    chi2_point: f64,
     map_id: Option<u32>,
     action: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,6 +86,8 @@ struct Registered {
     #[serde(flatten)]
     shape: ShapeFields,
     readings: u32,
+    runs: u32,
+    status: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -195,6 +203,8 @@ impl From<&MapFeature> for Registered {
             id: feature.id,
             shape: ShapeFields::from(&feature.shape),
             readings: feature.readings,
+            runs: feature.runs,
+            status: feature.status.name(),
         }
     }
 }
@@ -221,6 +231,10 @@ fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> Feature<'a> {
         residual_rms: extraction.residual_rms,
         iterations: extraction.iterations,
         converged: extraction.converged,
+        outliers: extraction.outliers.iter().map(|arc| arc.frame).collect(),
+        opinion: extraction.opinion.support.name(),
+        chi2_line: extraction.opinion.chi2_line,
+        chi2_point: extraction.opinion.chi2_point,
         map_id,
         action,
         reason,

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::config::Config;
 use crate::config::file::{ConfigError, glob_set};
+use crate::config::{Config, Rule};
 use crate::event::RangeReading;
 use crate::frames::{Frame, Framer, Tally};
 use crate::log::Log;
@@ -13,6 +13,7 @@ use crate::tmam::Tmam;
 use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
 use crate::tmam::triple::Label;
+use crate::tmam::witness::Witness;
 
 /// Why there is nothing to replay in a log that could be read.
 #[derive(Debug, thiserror::Error)]
@@ -173,13 +174,11 @@ impl<'a> Replay<'a> {
     /// # Errors
     /// When an observer cannot write, or no frame could be opened.
     pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, ReplayError> {
-        let events = &self.log.events;
-        let track = Track::new(&events.odometry, &self.config.frames);
-        let mut framer = Framer::new(track, &events.sonars, &self.selected, &self.config.frames);
-        let mut tmam = Tmam::new(self.config);
+        let witness = self.witness();
+        let mut tmam = Tmam::new(self.config).with_witness(witness);
         let mut outcome = Outcome::default();
         let mut position = None;
-        let mut advance = |frame: &Frame, outcome: &mut Outcome| -> Result<(), ObserverError> {
+        outcome.tally = self.frames(|frame| {
             let step = tmam.step(frame);
             outcome.take(&step);
             outcome.frames = frame.index + 1;
@@ -190,17 +189,7 @@ impl<'a> Replay<'a> {
             observers
                 .iter_mut()
                 .try_for_each(|observer| observer.frame(frame, &step))
-        };
-        for reading in self.readings {
-            if let Some(frame) = framer.push(reading) {
-                advance(&frame, &mut outcome)?;
-            }
-        }
-        let (last, tally) = framer.finish();
-        if let Some(frame) = last {
-            advance(&frame, &mut outcome)?;
-        }
-        outcome.tally = tally;
+        })?;
         if outcome.frames == 0 {
             return Err(self.no_frames(&outcome.tally));
         }
@@ -212,6 +201,40 @@ impl<'a> Replay<'a> {
             observer.finish(&step)?;
         }
         Ok(outcome)
+    }
+
+    /// Hands over every frame, in order.
+    fn frames(
+        &self,
+        mut take: impl FnMut(&Frame) -> Result<(), ObserverError>,
+    ) -> Result<Tally, ObserverError> {
+        let events = &self.log.events;
+        let track = Track::new(&events.odometry, &self.config.frames);
+        let mut framer = Framer::new(track, &events.sonars, &self.selected, &self.config.frames);
+        for reading in self.readings {
+            if let Some(frame) = framer.push(reading) {
+                take(&frame)?;
+            }
+        }
+        let (last, tally) = framer.finish();
+        last.iter().try_for_each(take)?;
+        Ok(tally)
+    }
+
+    /// The map that the noise-aware rule makes of the whole log, to judge labels by.
+    fn witness(&self) -> Witness {
+        let config = Config {
+            rule: Rule::NoiseAware,
+            ..self.config.clone()
+        };
+        let mut tmam = Tmam::new(&config);
+        // Nothing here can fail.
+        let _ = self.frames(|frame| {
+            tmam.step(frame);
+            Ok(())
+        });
+        tmam.finish();
+        Witness::new(tmam.map().features(), config.map.max_wall_gap)
     }
 
     fn no_frames(&self, tally: &Tally) -> ReplayError {
@@ -258,12 +281,13 @@ impl Outcome {
     fn take(&mut self, step: &Step) {
         for verdict in &step.verdicts {
             *self.labels.entry(verdict.label.name()).or_default() += 1;
-            self.suspects += u64::from(verdict.is_suspect());
             if let Label::Unidentified(reason) = verdict.label {
                 *self.reasons.entry(reason.name()).or_default() += 1;
             }
         }
         self.extractions.extend(step.extractions.iter().cloned());
+        let suspects = step.judgements.iter().filter(|j| j.is_suspect());
+        self.suspects += suspects.count() as u64;
     }
 
     /// How many arcs have a label.

@@ -12,17 +12,22 @@ pub mod pair;
 pub mod run;
 pub mod sequence;
 pub mod step;
+pub mod stream;
 pub mod triple;
+pub mod widening;
+pub mod witness;
 
 use std::collections::BTreeMap;
 
 use arc::{Arc, ArcId};
 use feature::{Action, Extraction, Kind};
-use fit::{fit_line, fit_point};
+use fit::{Demands, fit_line, fit_point};
 use map::Map;
+use opinion::{Gate, Opinion};
 use run::Run;
-use sequence::{Decision, Sequence};
 use step::Step;
+use stream::{Progress, Stream};
+use witness::Witness;
 
 use crate::config::Config;
 use crate::event::SonarId;
@@ -32,9 +37,11 @@ use crate::frames::{Entry, Frame};
 #[derive(Debug, Clone)]
 pub struct Tmam {
     config: Config,
-    sequences: BTreeMap<SonarId, Sequence>,
+    gate: Gate,
+    streams: BTreeMap<SonarId, Stream>,
     map: Map,
     extracted: u32,
+    witness: Option<Witness>,
 }
 
 impl Tmam {
@@ -42,9 +49,19 @@ impl Tmam {
     pub fn new(config: &Config) -> Self {
         Self {
             config: config.clone(),
-            sequences: BTreeMap::new(),
-            map: Map::new(config.map.match_distance),
+            gate: Gate::new(config.opinion.gate),
+            streams: BTreeMap::new(),
+            map: Map::new(config),
             extracted: 0,
+            witness: None,
+        }
+    }
+
+    /// The same with a map that judges labels: of the same log, made beforehand.
+    pub fn with_witness(self, witness: Witness) -> Self {
+        Self {
+            witness: Some(witness),
+            ..self
         }
     }
 
@@ -59,9 +76,10 @@ impl Tmam {
         for entry in &frame.entries {
             let arc = self.arc(frame.index, entry);
             step.arcs.extend(arc);
-            let sequence = self.sequences.entry(entry.sonar).or_default();
-            let decision = sequence.push(arc, &self.config);
-            self.take(decision, &mut step);
+            let mut stream = self.streams.remove(&entry.sonar).unwrap_or_default();
+            let progress = stream.push(arc, &self.config, &self.gate);
+            self.take(progress, &mut stream, &mut step);
+            self.streams.insert(entry.sonar, stream);
         }
         step
     }
@@ -69,9 +87,9 @@ impl Tmam {
     /// Decides what still waits for a next reading: the log has ended.
     pub fn finish(&mut self) -> Step {
         let mut step = Step::default();
-        for (_, mut sequence) in std::mem::take(&mut self.sequences) {
-            let decision = sequence.finish(&self.config);
-            self.take(decision, &mut step);
+        for (_, mut stream) in std::mem::take(&mut self.streams) {
+            let progress = stream.finish(&self.config, &self.gate);
+            self.take(progress, &mut stream, &mut step);
         }
         step
     }
@@ -91,32 +109,34 @@ impl Tmam {
         })
     }
 
-    fn take(&mut self, decision: Option<Decision>, step: &mut Step) {
-        let Some(Decision { verdict, closed }) = decision else {
-            return;
-        };
-        step.verdicts.push(verdict);
-        if let Some(run) = closed {
+    fn take(&mut self, progress: Progress, stream: &mut Stream, step: &mut Step) {
+        step.verdicts.extend(progress.verdicts);
+        for run in progress.closed {
             let extraction = self.extract(run);
+            stream.note(&extraction);
             step.extractions.push(extraction);
         }
+        step.judgements
+            .extend(stream.complete(self.witness.as_ref()));
     }
 
     /// Fits a feature to a closed run and fuses it into the map.
     fn extract(&mut self, run: Run) -> Extraction {
+        let demands = Demands::of(&self.config, &self.gate);
         let fit = match run.kind {
-            Kind::Line => fit_line(&run.associated),
-            Kind::Point => fit_point(&run.associated),
+            Kind::Line => fit_line(&run.associated, &demands),
+            Kind::Point => fit_point(&run.associated, &demands),
         };
-        let readings = u32::try_from(run.associated.len()).unwrap_or(u32::MAX);
-        let (action, map_feature) = match (fit.rejection, fit.shape) {
+        let used = run.associated.len().saturating_sub(fit.outliers.len());
+        let readings = u32::try_from(used).unwrap_or(u32::MAX);
+        let (action, map_feature, absorbed) = match (fit.rejection, fit.shape) {
             (None, Some(shape)) => {
-                let (action, feature) = self.map.add(shape, readings);
-                (action, Some(feature))
+                let fused = self.map.add(shape, readings);
+                (fused.action, Some(fused.feature), fused.absorbed)
             }
             (rejection, _) => {
                 let reason = rejection.unwrap_or(feature::Rejection::NoStart);
-                (Action::Rejected(reason), None)
+                (Action::Rejected(reason), None, Vec::new())
             }
         };
         let id = self.extracted;
@@ -130,8 +150,11 @@ impl Tmam {
             residual_rms: fit.residual_rms,
             iterations: fit.iterations,
             converged: fit.converged,
+            opinion: Opinion::of(&run.associated, &self.gate),
+            outliers: fit.outliers,
             action,
             map_feature,
+            absorbed,
         }
     }
 }

@@ -11,10 +11,10 @@ use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError, Setting};
 use crate::output::OutputError;
 use crate::rounding::{number, optional};
-use crate::tmam::arc::{Arc, ArcId};
+use crate::tmam::arc::ArcId;
 use crate::tmam::pair::{PairPoint, Points};
 use crate::tmam::step::Step;
-use crate::tmam::triple::{Label, Verdict};
+use crate::tmam::stream::Judgement;
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
@@ -45,28 +45,27 @@ struct Row<'a> {
     chi2_line: Option<f64>,
     #[serde(serialize_with = "optional")]
     chi2_point: Option<f64>,
-    feature: Option<u32>,
-}
-
-/// What is known of an arc that is not yet written.
-#[derive(Debug)]
-struct Pending {
-    arc: Arc,
-    verdict: Option<Verdict>,
+    readings: Option<usize>,
+    wide_opinion: Option<&'static str>,
+    #[serde(serialize_with = "optional")]
+    wide_chi2_line: Option<f64>,
+    #[serde(serialize_with = "optional")]
+    wide_chi2_point: Option<f64>,
+    map_opinion: Option<&'static str>,
+    suspect: bool,
     feature: Option<u32>,
 }
 
 /// Writes the trace while the replay goes on.
 ///
-/// An arc is written once it is decided and its run, if it has one, is closed; arcs after it wait,
-/// so that the lines stay in order.
+/// An arc is written once all is known of it; arcs after it wait, so that the lines stay in order.
 #[derive(Debug)]
 pub struct Trace<'a, W> {
     out: W,
     path: PathBuf,
     sonars: &'a [Sonar],
     waiting: VecDeque<ArcId>,
-    pending: BTreeMap<ArcId, Pending>,
+    judged: BTreeMap<ArcId, Judgement>,
 }
 
 impl<'a, W: Write> Trace<'a, W> {
@@ -77,7 +76,7 @@ impl<'a, W: Write> Trace<'a, W> {
             path,
             sonars: setting.sonars,
             waiting: VecDeque::new(),
-            pending: BTreeMap::new(),
+            judged: BTreeMap::new(),
         }
     }
 
@@ -89,53 +88,23 @@ impl<'a, W: Write> Trace<'a, W> {
     }
 
     fn take(&mut self, step: &Step) {
-        for arc in &step.arcs {
-            self.waiting.push_back(arc.id);
-            let pending = Pending {
-                arc: *arc,
-                verdict: None,
-                feature: None,
-            };
-            self.pending.insert(arc.id, pending);
-        }
-        for verdict in &step.verdicts {
-            if let Some(pending) = self.pending.get_mut(&verdict.arc) {
-                pending.verdict = Some(*verdict);
-            }
-        }
-        for extraction in &step.extractions {
-            for arc in &extraction.labelled {
-                if let Some(pending) = self.pending.get_mut(arc) {
-                    pending.feature = Some(extraction.id);
-                }
-            }
-        }
+        self.waiting.extend(step.arcs.iter().map(|arc| arc.id));
+        let judgements = step.judgements.iter();
+        self.judged.extend(judgements.map(|j| (j.arc.id, *j)));
     }
 
     fn write_settled(&mut self) -> Result<(), OutputError> {
         while let Some(id) = self.waiting.front()
-            && let Some(pending) = self.pending.get(id)
-            && let Some(verdict) = pending.settled()
+            && let Some(judgement) = self.judged.remove(id)
         {
-            let row = row(pending, &verdict, self.sonars);
+            let row = row(&judgement, self.sonars);
             serde_json::to_writer(&mut self.out, &row)
                 .map_err(std::io::Error::from)
                 .and_then(|()| self.out.write_all(b"\n"))
                 .map_err(|source| self.failed(source))?;
-            let id = *id;
-            self.pending.remove(&id);
             self.waiting.pop_front();
         }
         Ok(())
-    }
-}
-
-impl Pending {
-    /// The verdict, once the arc's run has closed too.
-    fn settled(&self) -> Option<Verdict> {
-        self.verdict.filter(|verdict| {
-            matches!(verdict.label, Label::Unidentified(_)) || self.feature.is_some()
-        })
     }
 }
 
@@ -153,8 +122,9 @@ impl<W: Write> Observer for Trace<'_, W> {
     }
 }
 
-fn row<'a>(pending: &Pending, verdict: &Verdict, sonars: &'a [Sonar]) -> Row<'a> {
-    let arc = &pending.arc;
+fn row<'a>(judgement: &Judgement, sonars: &'a [Sonar]) -> Row<'a> {
+    let (arc, verdict) = (&judgement.arc, &judgement.verdict);
+    let wide = judgement.wide.as_ref();
     let evidence = verdict.evidence.as_ref();
     let points = |of: fn(&Points) -> &[Option<PairPoint>; 2]| {
         let count = |points: &Points| of(points).iter().flatten().count();
@@ -180,6 +150,12 @@ fn row<'a>(pending: &Pending, verdict: &Verdict, sonars: &'a [Sonar]) -> Row<'a>
         opinion: evidence.map(|e| e.opinion.support.name()),
         chi2_line: evidence.map(|e| e.opinion.chi2_line),
         chi2_point: evidence.map(|e| e.opinion.chi2_point),
-        feature: pending.feature,
+        readings: wide.map(|w| w.readings),
+        wide_opinion: wide.map(|w| w.support.name()),
+        wide_chi2_line: wide.map(|w| w.chi2_line),
+        wide_chi2_point: wide.map(|w| w.chi2_point),
+        map_opinion: judgement.map.map(|m| m.support.name()),
+        suspect: judgement.is_suspect(),
+        feature: judgement.run.map(|run| run.extraction),
     }
 }

@@ -60,6 +60,8 @@ pub struct Parameters {
 enum RuleName {
     /// The paper's rule, with its errors corrected
     Paper,
+    /// What the readings support within their noise
+    NoiseAware,
 }
 
 impl Parameters {
@@ -102,9 +104,11 @@ impl Parameters {
         let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
         let set_degrees =
             |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
-        if let Some(RuleName::Paper) = self.rule {
-            config.rule = Rule::Paper;
-        }
+        config.rule = match self.rule {
+            Some(RuleName::Paper) => Rule::Paper,
+            Some(RuleName::NoiseAware) => Rule::NoiseAware,
+            None => config.rule,
+        };
         set(&mut config.triple.alpha, self.alpha);
         set(&mut config.triple.beta, self.beta);
         set_degrees(&mut config.triple.gamma, self.gamma);

@@ -50,7 +50,12 @@ use Unit::{Degrees, Plain};
 
 /// Every key.
 pub const KEYS: &[Key] = &[
-    key("rule", Plain, Any, "how arcs are labelled: \"paper\""),
+    key(
+        "rule",
+        Plain,
+        Any,
+        "how arcs are labelled: \"paper\" or \"noise-aware\"",
+    ),
     key(
         "input.range_topics",
         Plain,
@@ -178,10 +183,88 @@ pub const KEYS: &[Key] = &[
         "chi2 below which a line or a point explains a triple",
     ),
     key(
+        "opinion.decisive",
+        Plain,
+        AtLeast(0.0),
+        "lead in chi2 of line over point, or the other way, that decides",
+    ),
+    key(
+        "opinion.max_half_width",
+        Plain,
+        AtLeast(1.0),
+        "readings to either side of an arc that are looked at, at most",
+    ),
+    key(
         "map.match_distance",
         Plain,
         Above(0.0),
         "m; points nearer than this are one point",
+    ),
+    key(
+        "map.gate",
+        Plain,
+        Above(0.0),
+        "noise-aware: squared Mahalanobis distance of what is the same",
+    ),
+    key(
+        "map.max_wall_gap",
+        Plain,
+        AtLeast(0.0),
+        "noise-aware: m without readings between segments of one wall",
+    ),
+    key(
+        "map.confirm_runs",
+        Plain,
+        AtLeast(1.0),
+        "noise-aware: runs that agree confirm a feature",
+    ),
+    key(
+        "map.confirm_readings",
+        Plain,
+        AtLeast(3.0),
+        "noise-aware: readings that confirm a feature of fewer runs",
+    ),
+    key(
+        "noise_aware.label_by_opinion",
+        Plain,
+        Any,
+        "label by what the readings support, widened until decided",
+    ),
+    key(
+        "noise_aware.converge",
+        Plain,
+        Any,
+        "iterate fits to their end",
+    ),
+    key(
+        "noise_aware.reject_misfits",
+        Plain,
+        Any,
+        "a run counts only if all its readings fit, but for outliers",
+    ),
+    key(
+        "noise_aware.reject_mirrored",
+        Plain,
+        Any,
+        "nothing whose mirror image at the path fits as well",
+    ),
+    key(
+        "noise_aware.fuse_by_information",
+        Plain,
+        Any,
+        "inverse covariances and Mahalanobis gates",
+    ),
+    key(
+        "noise_aware.merge",
+        Plain,
+        Any,
+        "map features that turn out to be the same become one",
+    ),
+    key(
+        "noise_aware.confirm",
+        Plain,
+        Any,
+        "a feature with too little support stays tentative",
     ),
     key(
         "sonars.beam_width",

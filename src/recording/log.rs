@@ -152,6 +152,8 @@ fn in_words(why: Rejection) -> &'static str {
         Rejection::Singular => "the readings do not determine it",
         Rejection::Diverged => "the fit ran away",
         Rejection::OutsideBeams => "it lies outside the beams it came from",
+        Rejection::Misfit => "its readings do not all come from one feature",
+        Rejection::Mirrored => "its mirror image at the robot's path fits as well",
     }
 }
 
@@ -161,7 +163,8 @@ mod tests {
     use crate::event::SonarId;
     use crate::geometry::Vec2;
     use crate::tmam::arc::ArcId;
-    use crate::tmam::feature::{MapFeature, Segment};
+    use crate::tmam::feature::{MapFeature, Segment, Status};
+    use crate::tmam::opinion::{Opinion, Support};
     use nalgebra::Matrix2;
 
     fn extraction(action: Action, shape: Option<Shape>) -> Extraction {
@@ -180,8 +183,16 @@ mod tests {
             residual_rms: 0.0031,
             iterations: 4,
             converged: true,
+            opinion: Opinion {
+                readings: 8,
+                chi2_line: 5.0,
+                chi2_point: 500.0,
+                support: Support::Line,
+            },
+            outliers: Vec::new(),
             action,
             map_feature: None,
+            absorbed: Vec::new(),
         }
     }
 
@@ -199,6 +210,8 @@ mod tests {
             id: 5,
             shape: line,
             readings: 23,
+            runs: 3,
+            status: Status::Confirmed,
         });
         assert_eq!(
             describe(&merged, "sonar_04"),

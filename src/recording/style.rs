@@ -51,7 +51,7 @@ pub mod order {
 }
 
 /// Every label an arc can have.
-pub const LABELS: [Label; 8] = [
+pub const LABELS: [Label; 9] = [
     Label::Contact,
     Label::Intersection,
     Label::Unidentified(Reason::Missing),
@@ -60,6 +60,7 @@ pub const LABELS: [Label; 8] = [
     Label::Unidentified(Reason::NoPoints),
     Label::Unidentified(Reason::Wide),
     Label::Unidentified(Reason::Ambiguous),
+    Label::Unidentified(Reason::Neither),
 ];
 
 /// The number that stands for a label in `class_ids`; 10 and up are the reasons.
@@ -73,6 +74,7 @@ pub fn class(label: Label) -> u16 {
         Label::Unidentified(Reason::NoPoints) => 13,
         Label::Unidentified(Reason::Wide) => 14,
         Label::Unidentified(Reason::Ambiguous) => 15,
+        Label::Unidentified(Reason::Neither) => 16,
     }
 }
 

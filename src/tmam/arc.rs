@@ -40,7 +40,13 @@ impl Arc {
 
     /// Whether a bearing in the world lies within the beam.
     pub fn beam_holds(&self, bearing: f64) -> bool {
-        angle_between(bearing, self.world_from_sensor.yaw) <= self.beam_width / 2.0 + BEAM_SLACK
+        self.beam_nearly_holds(bearing, 0.0)
+    }
+
+    /// The same with `slack` radians on either side.
+    pub fn beam_nearly_holds(&self, bearing: f64, slack: f64) -> bool {
+        angle_between(bearing, self.world_from_sensor.yaw)
+            <= self.beam_width / 2.0 + BEAM_SLACK + slack
     }
 
     /// The point of the arc at a bearing in the world.

@@ -1,8 +1,9 @@
 //! Features: line segments and points with covariance.
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 use super::arc::ArcId;
+use super::opinion::Opinion;
 use crate::geometry::{Vec2, direction, unit, wrap_angle};
 
 /// A wall: the line `x cos(theta) + y sin(theta) = rho` between two ends, in the world.
@@ -58,6 +59,10 @@ pub enum Rejection {
     Diverged,
     /// It lies outside the beams it came from.
     OutsideBeams,
+    /// Its readings do not all come from one feature.
+    Misfit,
+    /// Its mirror image at the robot's path fits as well.
+    Mirrored,
 }
 
 /// What became of an extracted feature.
@@ -90,10 +95,16 @@ pub struct Extraction {
     pub iterations: u32,
     /// Whether the stopping rule was met.
     pub converged: bool,
+    /// What all its readings together support.
+    pub opinion: Opinion,
+    /// Associated arcs that the fit left out.
+    pub outliers: Vec<ArcId>,
     /// What became of it.
     pub action: Action,
     /// The map feature after this extraction; `None` where it was rejected.
     pub map_feature: Option<MapFeature>,
+    /// Map features that turned out to be the same as this one, and are gone.
+    pub absorbed: Vec<u32>,
 }
 
 /// A registered feature.
@@ -105,9 +116,61 @@ pub struct MapFeature {
     pub shape: Shape,
     /// How many associated readings stand behind it: the n of (24)-(27).
     pub readings: u32,
+    /// How many runs gave it.
+    pub runs: u32,
+    /// Whether that is enough to believe in it.
+    pub status: Status,
+}
+
+/// How sure it is that a feature of the map exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// More than one run, or enough readings, say so. Under the paper's rule always.
+    Confirmed,
+    /// A single short run says so.
+    Tentative,
+}
+
+impl Status {
+    /// The word in files: `confirmed` or `tentative`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::Tentative => "tentative",
+        }
+    }
 }
 
 impl Segment {
+    /// The line seen from a place in the world: its distance from there along its normal (negative
+    /// behind), its theta, and the covariance over the two.
+    pub fn about(&self, origin: Vec2) -> (Vector2<f64>, Matrix2<f64>) {
+        let normal = unit(self.theta);
+        let along = Vec2::new(-normal.y, normal.x);
+        let local = Vector2::new(self.rho - origin.dot(&normal), self.theta);
+        let local_from_world = Matrix2::new(1.0, -origin.dot(&along), 0.0, 1.0);
+        let covariance = local_from_world * self.covariance * local_from_world.transpose();
+        (local, covariance)
+    }
+
+    /// The same segment with the line that is seen from `origin` at (distance, theta).
+    pub fn with_line_about(
+        self,
+        origin: Vec2,
+        local: Vector2<f64>,
+        covariance: Matrix2<f64>,
+    ) -> Self {
+        let normal = unit(local.y);
+        let along = Vec2::new(-normal.y, normal.x);
+        let world_from_local = Matrix2::new(1.0, origin.dot(&along), 0.0, 1.0);
+        Self {
+            rho: local.x + origin.dot(&normal),
+            theta: local.y,
+            covariance: world_from_local * covariance * world_from_local.transpose(),
+            ..self
+        }
+    }
+
     /// The two ends.
     pub fn ends(&self) -> [Vec2; 2] {
         let along = unit(self.theta + std::f64::consts::FRAC_PI_2) * self.half_length;
@@ -179,13 +242,16 @@ impl Kind {
 }
 
 impl Rejection {
-    /// The word in files: `no-start`, `singular`, `diverged` or `outside-beams`.
+    /// The word in files: `no-start`, `singular`, `diverged`, `outside-beams`, `misfit` or
+    /// `mirrored`.
     pub fn name(self) -> &'static str {
         match self {
             Self::NoStart => "no-start",
             Self::Singular => "singular",
             Self::Diverged => "diverged",
             Self::OutsideBeams => "outside-beams",
+            Self::Misfit => "misfit",
+            Self::Mirrored => "mirrored",
         }
     }
 }

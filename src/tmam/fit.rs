@@ -8,18 +8,74 @@ pub use point::fit_point;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-use super::arc::{Arc, BEAM_SLACK};
+use super::arc::{Arc, ArcId, BEAM_SLACK};
 use super::feature::{Rejection, Shape};
+use super::opinion::Gate;
 use super::pair::{PairPoint, Points};
+use crate::config::Config;
 
-/// Iterations after which (10) ends without having met the stopping rule.
+/// Iterations after which (10) ends without having met the paper's stopping rule.
 pub const MAX_ITERATIONS: u32 = 10;
+
+/// The same where fits are iterated to their end.
+const MAX_ITERATIONS_TO_THE_END: u32 = 50;
+
+/// A step that is smaller than this, relative to the parameters, is the end.
+const RELATIVE_STEP: f64 = 1e-9;
+
+/// One in so many readings of a run may be an outlier.
+const READINGS_PER_OUTLIER: usize = 5;
+
+/// Standard deviations of its own by which a feature may lie outside a beam that it came from.
+const BEAM_SIGMAS: f64 = 3.0;
+
+/// Chi2 by which a reading at the end of a run may lie off what the others foretell.
+const TRIM_GATE: f64 = 9.0;
+
+/// How many readings are cut off an end at once.
+const LONGEST_TRIM: usize = 6;
+
+/// How many readings are left in any case.
+const FEWEST_LEFT: usize = 4;
+
+/// What is asked of a fit beyond the paper.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Demands {
+    /// It is iterated to its end, not until a step is below a centimetre.
+    pub converge: bool,
+    /// All readings must fit within this gate, but for a few outliers.
+    pub misfits: Option<Gate>,
+    /// The mirror image at the robot's path must be worse by this much in chi2.
+    pub mirrored: Option<f64>,
+}
+
+impl Demands {
+    /// As the configuration has them.
+    pub fn of(config: &Config, gate: &Gate) -> Self {
+        let departures = config.departures();
+        Self {
+            converge: departures.converge,
+            misfits: departures.reject_misfits.then_some(*gate),
+            mirrored: departures
+                .reject_mirrored
+                .then_some(config.opinion.decisive),
+        }
+    }
+
+    /// How far outside a beam a feature may lie whose bearing has this variance, radians.
+    fn beam_slack(&self, variance: f64) -> f64 {
+        match self.misfits {
+            Some(_) => BEAM_SIGMAS * variance.max(0.0).sqrt(),
+            None => 0.0,
+        }
+    }
+}
 
 /// A determinant below this fraction of the squared trace leaves a direction undetermined.
 const SINGULAR: f64 = 1e-12;
 
 /// The end of a fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The estimate in the world; `None` where there was none to speak of.
     pub shape: Option<Shape>,
@@ -31,6 +87,8 @@ pub struct Fit {
     pub converged: bool,
     /// Why it must not be registered, if so.
     pub rejection: Option<Rejection>,
+    /// Readings that were left out.
+    pub outliers: Vec<ArcId>,
 }
 
 impl Fit {
@@ -41,6 +99,7 @@ impl Fit {
             iterations,
             converged: false,
             rejection: Some(rejection),
+            outliers: Vec::new(),
         }
     }
 }
@@ -53,6 +112,15 @@ trait Model {
 
     /// The parameters that the points of a pair of arcs suggest, one for each side in the beams.
     fn starts(&self, points: &Points) -> [Option<Start>; 2];
+
+    /// The mirror image at the line through two sensor centres.
+    fn mirrored(&self, parameters: Vector2<f64>, first: &Arc, last: &Arc) -> Vector2<f64>;
+
+    /// Whether the beam of an arc holds the feature, with `slack` radians on either side.
+    fn in_beam(&self, parameters: Vector2<f64>, arc: &Arc, slack: f64) -> bool;
+
+    /// Variance of the bearing at which the first arc sees the feature.
+    fn bearing_variance(&self, estimate: &Estimate, first: &Arc) -> f64;
 
     /// Norm of a step with lengths in centimetres and angles in radians, as the paper adds them.
     fn step_norm(step: Vector2<f64>) -> f64;
@@ -82,6 +150,21 @@ struct Estimate {
     residual_rms: f64,
     iterations: u32,
     converged: bool,
+    rejection: Option<Rejection>,
+    outliers: Vec<ArcId>,
+}
+
+impl Estimate {
+    fn fit(self, shape: Shape) -> Fit {
+        Fit {
+            shape: Some(shape),
+            residual_rms: self.residual_rms,
+            iterations: self.iterations,
+            converged: self.converged,
+            rejection: self.rejection,
+            outliers: self.outliers,
+        }
+    }
 }
 
 /// Where the iteration starts: the points of the first and the last arc, else those of the first
@@ -147,15 +230,124 @@ fn invert(information: Matrix2<f64>) -> Option<Matrix2<f64>> {
     determined.then(|| information.try_inverse()).flatten()
 }
 
-/// Iterates (10) from the model's start until the paper's stopping rule holds.
-fn iterate(model: &impl Model, arcs: &[Arc]) -> Result<Estimate, Fit> {
-    let Some(mut parameters) = start(model, arcs) else {
-        return Err(Fit::failed(Rejection::NoStart, 0));
+/// The best estimate that the demands allow.
+fn estimate(model: &impl Model, arcs: &[Arc], demands: &Demands) -> Result<Estimate, Fit> {
+    let mut kept = arcs.to_vec();
+    let mut outliers = Vec::new();
+    if demands.misfits.is_some() {
+        trim(model, &mut kept, &mut outliers);
+    }
+    let mut estimate = loop {
+        let start = start(model, &kept).ok_or_else(|| Fit::failed(Rejection::NoStart, 0))?;
+        let estimate = iterate(model, &kept, start, demands.converge)?;
+        let Some(gate) = demands.misfits else {
+            break estimate;
+        };
+        let allowed = gate.at(kept.len().saturating_sub(2));
+        if weighted_square_sum(model, estimate.parameters, &kept) < allowed {
+            break estimate;
+        }
+        if outliers.len() >= arcs.len() / READINGS_PER_OUTLIER {
+            break Estimate {
+                rejection: Some(Rejection::Misfit),
+                ..estimate
+            };
+        }
+        outliers.extend(take_worst(model, estimate.parameters, &mut kept));
     };
+    let slack = arcs.first().map_or(0.0, |first| {
+        demands.beam_slack(model.bearing_variance(&estimate, first))
+    });
+    if !kept
+        .iter()
+        .all(|arc| model.in_beam(estimate.parameters, arc, slack))
+    {
+        estimate.rejection = estimate.rejection.or(Some(Rejection::OutsideBeams));
+    }
+    if demands
+        .mirrored
+        .is_some_and(|lead| has_double(model, &estimate, &kept, lead))
+    {
+        estimate.rejection = estimate.rejection.or(Some(Rejection::Mirrored));
+    }
+    estimate.outliers = outliers;
+    Ok(estimate)
+}
+
+/// Cuts off readings at the ends of a run that the others do not foretell: where a wall ends in a
+/// corner, ranges pass from the one to the other so smoothly that windows reach across.
+fn trim(model: &impl Model, kept: &mut Vec<Arc>, cut: &mut Vec<ArcId>) {
+    let gate = Gate::new(TRIM_GATE);
+    let chi2 = |arcs: &[Arc]| {
+        let estimate = iterate(model, arcs, start(model, arcs)?, true).ok()?;
+        Some(weighted_square_sum(model, estimate.parameters, arcs))
+    };
+    for _ in 0..2 * LONGEST_TRIM {
+        let Some(all) = chi2(kept) else { return };
+        let longest = LONGEST_TRIM.min(kept.len().saturating_sub(FEWEST_LEFT));
+        let excess = |left: usize, right: usize| {
+            let rest = kept.get(left..kept.len() - right)?;
+            Some(all - chi2(rest)? - gate.at(left + right))
+        };
+        let ends = (1..=longest).flat_map(|n| [(n, 0), (0, n)]);
+        let worst = ends
+            .filter_map(|(left, right)| Some((excess(left, right)?, left, right)))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, left, right)) = worst.filter(|(excess, ..)| *excess > 0.0) else {
+            return;
+        };
+        let last = kept.len() - right;
+        cut.extend(kept.drain(last..).map(|arc| arc.id));
+        cut.extend(kept.drain(..left).map(|arc| arc.id));
+    }
+}
+
+/// Takes out the reading that fits worst.
+fn take_worst(model: &impl Model, parameters: Vector2<f64>, kept: &mut Vec<Arc>) -> Option<ArcId> {
+    let misfit = |arc: &Arc| weighted_square_sum(model, parameters, std::slice::from_ref(arc));
+    let (at, _) = kept
+        .iter()
+        .map(misfit)
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(kept.remove(at).id)
+}
+
+/// Whether the mirror image at the robot's path lies in the beams and fits as well.
+fn has_double(model: &impl Model, estimate: &Estimate, arcs: &[Arc], lead: f64) -> bool {
+    let (Some(first), Some(last)) = (arcs.first(), arcs.last()) else {
+        return false;
+    };
+    let start = model.mirrored(estimate.parameters, first, last);
+    let Ok(double) = iterate(model, arcs, start, true) else {
+        return false;
+    };
+    let cost = |of: &Estimate| weighted_square_sum(model, of.parameters, arcs);
+    let apart = (double.parameters - estimate.parameters).norm() > 1e-6;
+    apart
+        && cost(&double) - cost(estimate) < lead
+        && arcs
+            .iter()
+            .all(|arc| model.in_beam(double.parameters, arc, BEAM_SLACK))
+}
+
+/// Iterates (10) until the stopping rule holds: the paper's, or that of a fit to its end.
+fn iterate(
+    model: &impl Model,
+    arcs: &[Arc],
+    start: Vector2<f64>,
+    to_the_end: bool,
+) -> Result<Estimate, Fit> {
+    let mut parameters = start;
     let cost_at_start = weighted_square_sum(model, parameters, arcs);
+    let longest = if to_the_end {
+        MAX_ITERATIONS_TO_THE_END
+    } else {
+        MAX_ITERATIONS
+    };
     let mut iterations = 0;
     let mut converged = false;
-    while !converged && iterations < MAX_ITERATIONS {
+    while !converged && iterations < longest {
         let step = normal_equations(model, parameters, arcs)
             .and_then(|(information, gradient)| Some(invert(information)? * gradient))
             .ok_or_else(|| Fit::failed(Rejection::Singular, iterations))?;
@@ -164,7 +356,11 @@ fn iterate(model: &impl Model, arcs: &[Arc]) -> Result<Estimate, Fit> {
         if !parameters.iter().all(|p| p.is_finite()) {
             return Err(Fit::failed(Rejection::Diverged, iterations));
         }
-        converged = norm_below_one(model, step);
+        converged = if to_the_end {
+            step.norm() < RELATIVE_STEP * (1.0 + parameters.norm())
+        } else {
+            norm_below_one(model, step)
+        };
     }
     let cost = weighted_square_sum(model, parameters, arcs);
     if !converged && (cost.is_nan() || cost > cost_at_start) {
@@ -179,6 +375,8 @@ fn iterate(model: &impl Model, arcs: &[Arc]) -> Result<Estimate, Fit> {
         residual_rms: residual_rms(model, parameters, arcs),
         iterations,
         converged,
+        rejection: None,
+        outliers: Vec::new(),
     })
 }
 

@@ -1,25 +1,42 @@
-//! Fusion of extracted features with the registered ones: (24) to (27).
+//! Fusion of extracted features with the registered ones.
+
+mod information;
+mod paper;
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::Matrix2;
-
-use super::feature::{Action, MapFeature, Point, Segment, Shape};
-use crate::geometry::{angle_between, unit, wrap_angle};
+use super::feature::{Action, MapFeature, Segment, Shape, Status};
+use crate::config::{Config, Departures, Map as Bounds};
+use crate::geometry::{angle_between, unit};
 
 /// The registered features.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
     features: Vec<MapFeature>,
-    match_distance: f64,
+    next_id: u32,
+    bounds: Bounds,
+    departures: Departures,
+}
+
+/// What became of a feature in the map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fused {
+    /// Whether it is new.
+    pub action: Action,
+    /// The map feature it went into, as it is now.
+    pub feature: MapFeature,
+    /// Map features that turned out to be the same, and are gone.
+    pub absorbed: Vec<u32>,
 }
 
 impl Map {
-    /// An empty map in which points nearer than `match_distance` (metres) are the same.
-    pub fn new(match_distance: f64) -> Self {
+    /// An empty map.
+    pub fn new(config: &Config) -> Self {
         Self {
             features: Vec::new(),
-            match_distance,
+            next_id: 0,
+            bounds: config.map.clone(),
+            departures: config.departures(),
         }
     }
 
@@ -28,25 +45,104 @@ impl Map {
         &self.features
     }
 
-    /// Fuses a feature that `readings` associated readings gave with the nearest match, or
+    /// Fuses a feature that `readings` associated readings of a run gave with the nearest match, or
     /// registers it as a new one.
-    pub fn add(&mut self, shape: Shape, readings: u32) -> (Action, MapFeature) {
-        let nearest = self
-            .features
-            .iter_mut()
-            .filter_map(|known| Some((deviation(&shape, known, self.match_distance)?, known)))
-            .min_by(|(a, _), (b, _)| a.total_cmp(b));
-        if let Some((_, known)) = nearest {
-            *known = fuse(known, &shape, readings);
-            return (Action::Merged(known.id), *known);
+    pub fn add(&mut self, shape: Shape, readings: u32) -> Fused {
+        if let Some(at) = self.nearest(&shape, None) {
+            return self.merge(at, shape, readings);
         }
-        let new = MapFeature {
-            id: u32::try_from(self.features.len()).unwrap_or(u32::MAX),
+        let mut feature = MapFeature {
+            id: self.next_id,
             shape,
             readings,
+            runs: 1,
+            status: Status::Confirmed,
         };
-        self.features.push(new);
-        (Action::Registered(new.id), new)
+        feature.status = self.status(&feature);
+        self.next_id = self.next_id.saturating_add(1);
+        self.features.push(feature);
+        Fused {
+            action: Action::Registered(feature.id),
+            feature,
+            absorbed: Vec::new(),
+        }
+    }
+
+    fn merge(&mut self, at: usize, shape: Shape, readings: u32) -> Fused {
+        let Some(known) = self.features.get(at).copied() else {
+            return self.add(shape, readings);
+        };
+        let mut feature = MapFeature {
+            shape: self.fuse(&known, &shape, readings),
+            readings: known.readings.saturating_add(readings),
+            runs: known.runs.saturating_add(1),
+            ..known
+        };
+        let absorbed = if self.departures.merge {
+            self.absorb(&mut feature)
+        } else {
+            Vec::new()
+        };
+        feature.status = self.status(&feature);
+        if let Some(place) = self.features.iter_mut().find(|f| f.id == feature.id) {
+            *place = feature;
+        }
+        Fused {
+            action: Action::Merged(feature.id),
+            feature,
+            absorbed,
+        }
+    }
+
+    /// Takes up every other feature that is the same now that `feature` has changed.
+    fn absorb(&mut self, feature: &mut MapFeature) -> Vec<u32> {
+        let mut absorbed = Vec::new();
+        while let Some(at) = self.nearest(&feature.shape, Some(feature.id)) {
+            let other = self.features.remove(at);
+            feature.shape = self.fuse(feature, &other.shape, other.readings);
+            feature.readings = feature.readings.saturating_add(other.readings);
+            feature.runs = feature.runs.saturating_add(other.runs);
+            absorbed.push(other.id);
+        }
+        absorbed
+    }
+
+    /// The place of the nearest feature within the gates, but for the one with the id `except`.
+    fn nearest(&self, shape: &Shape, except: Option<u32>) -> Option<usize> {
+        let others = self.features.iter().enumerate();
+        others
+            .filter(|(_, known)| Some(known.id) != except)
+            .filter_map(|(at, known)| Some((self.distance(shape, known)?, at)))
+            .min_by(|(a, _), (b, _)| a.total_cmp(b))
+            .map(|(_, at)| at)
+    }
+
+    /// How far a feature is from a registered one; `None` beyond the gates.
+    fn distance(&self, shape: &Shape, known: &MapFeature) -> Option<f64> {
+        if self.departures.fuse_by_information {
+            information::distance(shape, &known.shape, self.bounds.max_wall_gap)
+                .filter(|distance| *distance < self.bounds.gate)
+        } else {
+            paper::deviation(shape, known, self.bounds.match_distance)
+        }
+    }
+
+    fn fuse(&self, known: &MapFeature, shape: &Shape, readings: u32) -> Shape {
+        if self.departures.fuse_by_information {
+            information::fuse(&known.shape, shape)
+        } else {
+            paper::fuse(known, shape, readings)
+        }
+    }
+
+    fn status(&self, feature: &MapFeature) -> Status {
+        let supported = feature.runs >= self.bounds.confirm_runs
+            || feature.readings >= self.bounds.confirm_readings;
+        if supported || !self.departures.confirm {
+            Status::Confirmed
+        } else {
+            Status::Tentative
+        }
     }
 }
 
@@ -78,71 +174,12 @@ fn coincide(a: &Segment, b: &Segment) -> bool {
     offset.abs() < 0.05 && tilt < 5_f64.to_radians() && way < a.half_length + b.half_length
 }
 
-/// How far a feature is from a registered one; `None` beyond the gates.
-fn deviation(extracted: &Shape, registered: &MapFeature, match_distance: f64) -> Option<f64> {
-    match (extracted, &registered.shape) {
-        (Shape::Line(e), Shape::Line(r)) => line_deviation(e, r),
-        (Shape::Point(e), Shape::Point(r)) => {
-            let distance = (e.position - r.position).norm();
-            (distance < match_distance).then_some(distance)
-        }
-        _ => None,
-    }
-}
-
-/// The deviation (27) of two lines that pass the tests (24) to (26).
-fn line_deviation(extracted: &Segment, registered: &Segment) -> Option<f64> {
-    let e = signed_like(extracted, registered);
-    let square = |x: f64| x * x;
-    let angle = square(wrap_angle(e.theta - registered.theta));
-    let offset = square(e.rho - registered.rho); // the paper's (25) forgets the square
-    let apart = (e.mid - registered.mid).norm_squared();
-    let angle_gate = e.covariance.m22 + registered.covariance.m22;
-    let offset_gate = e.covariance.m11 + registered.covariance.m11;
-    let overlap_gate = square(e.half_length + registered.half_length);
-    let matches = angle < angle_gate // (24)
-        && offset < offset_gate // (25)
-        && apart < overlap_gate; // (26)
-    matches.then(|| angle / angle_gate + offset / offset_gate + apart / overlap_gate) // (27)
-}
-
 /// The segment under the sign of (rho, theta) that is nearer to the other's.
 fn signed_like(segment: &Segment, other: &Segment) -> Segment {
     if angle_between(segment.theta, other.theta) > FRAC_PI_2 {
         segment.flipped()
     } else {
         *segment
-    }
-}
-
-/// The n-weighted means of a registered feature and an extracted one.
-fn fuse(registered: &MapFeature, extracted: &Shape, readings: u32) -> MapFeature {
-    let total = registered.readings.saturating_add(readings);
-    let weight = f64::from(readings) / f64::from(total.max(1));
-    let covariance = |r: &Matrix2<f64>, e: &Matrix2<f64>| r * (1.0 - weight) + e * weight;
-    let shape = match (&registered.shape, extracted) {
-        (Shape::Line(r), Shape::Line(e)) => {
-            let e = signed_like(e, r);
-            let rho = r.rho + weight * (e.rho - r.rho);
-            let theta = r.theta + weight * wrap_angle(e.theta - r.theta);
-            let fused = Segment {
-                rho,
-                theta,
-                covariance: covariance(&r.covariance, &e.covariance),
-                ..*r
-            };
-            Shape::Line(spanning(fused, &[*r, e]).canonical())
-        }
-        (Shape::Point(r), Shape::Point(e)) => Shape::Point(Point {
-            position: r.position + (e.position - r.position) * weight,
-            covariance: covariance(&r.covariance, &e.covariance),
-        }),
-        (kept, _) => *kept,
-    };
-    MapFeature {
-        id: registered.id,
-        shape,
-        readings: total,
     }
 }
 
@@ -163,10 +200,20 @@ fn spanning(line: Segment, segments: &[Segment]) -> Segment {
     }
 }
 
+/// By how much two segments overlap along the first one's line, metres; negative where there is a
+/// gap between them.
+fn overlap(a: &Segment, b: &Segment) -> f64 {
+    let along = unit(a.theta + FRAC_PI_2);
+    let way = along.dot(&(b.mid - a.mid)).abs();
+    a.half_length + b.half_length - way
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Vec2;
+    use crate::tmam::feature::Point;
+    use nalgebra::Matrix2;
     use proptest::prelude::*;
 
     fn segment(rho: f64, theta: f64, way: f64, half_length: f64, sigma: [f64; 2]) -> Segment {
@@ -195,7 +242,7 @@ mod tests {
     }
 
     fn map_of(segments: &[(Segment, u32)]) -> Map {
-        let mut map = Map::new(0.2);
+        let mut map = Map::new(&Config::default());
         for (segment, n) in segments {
             map.add(Shape::Line(*segment), *n);
         }
@@ -243,7 +290,7 @@ mod tests {
             let point = |x: f64, y: f64| Shape::Point(Point { position: Vec2::new(1.0 + x, y), covariance: Matrix2::identity() * 1e-4 });
             let (a, b, c) = (point(0.0, 0.0), point(e[0], e[1]), point(e[2], e[3]));
             let fused = |order: [(Shape, u32); 3]| {
-                let mut map = Map::new(0.2);
+                let mut map = Map::new(&Config::default());
                 for (shape, n) in order { map.add(shape, n); }
                 match only(&map).shape { Shape::Point(p) => p, Shape::Line(_) => panic!("a line") }
             };
@@ -303,17 +350,17 @@ mod tests {
 
     #[test]
     fn the_nearest_match_wins_and_ids_stay() {
-        let mut map = Map::new(0.2);
+        let mut map = Map::new(&Config::default());
         let point = |x: f64| {
             Shape::Point(Point {
                 position: Vec2::new(x, 0.0),
                 covariance: Matrix2::identity(),
             })
         };
-        assert_eq!(map.add(point(0.0), 3).0, Action::Registered(0));
-        assert_eq!(map.add(point(0.3), 3).0, Action::Registered(1));
-        assert_eq!(map.add(point(0.18), 3).0, Action::Merged(1));
-        assert_eq!(map.add(point(0.05), 3).0, Action::Merged(0));
-        assert_eq!(map.add(point(0.6), 3).0, Action::Registered(2));
+        assert_eq!(map.add(point(0.0), 3).action, Action::Registered(0));
+        assert_eq!(map.add(point(0.3), 3).action, Action::Registered(1));
+        assert_eq!(map.add(point(0.18), 3).action, Action::Merged(1));
+        assert_eq!(map.add(point(0.05), 3).action, Action::Merged(0));
+        assert_eq!(map.add(point(0.6), 3).action, Action::Registered(2));
     }
 }

@@ -1,24 +1,21 @@
-//! The second opinion on a triple: which of a line and a point explains its readings within their
-//! noise.
+//! The second opinion: which of a line and a point explains neighbouring readings within their noise.
 //!
 //! The paper compares two angles; it does not ask whether the readings are precise enough to tell.
-//! Here a line and a point are fitted to the three readings, inside the beams, and the weighted
-//! squares of what remains (one degree of freedom each) say what the readings themselves support.
+//! Here a line and a point are fitted to the same readings, inside the beams, and the weighted
+//! squares of what remains say what the readings themselves support.
 
-use nalgebra::Matrix2;
+mod gate;
+mod line;
+mod minimum;
+mod point;
 
-use super::arc::{Arc, BEAM_SLACK};
+pub use gate::Gate;
+
+use super::arc::Arc;
+use super::feature::Kind;
 use super::triple::Label;
-use crate::geometry::{Vec2, unit};
 
-/// Bearings at which a minimum is looked for before it is refined. Both local minima, left and
-/// right of the base line, are seen this way where the beams hold both.
-const SAMPLES: u32 = 24;
-
-/// Golden sections of the bracket around the best sample: to a millionth of the beam.
-const REFINEMENTS: u32 = 24;
-
-/// What the readings of a triple support.
+/// What readings support.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Support {
     /// Only a line explains them.
@@ -31,9 +28,11 @@ pub enum Support {
     Neither,
 }
 
-/// The second opinion on a triple.
+/// The second opinion on neighbouring readings of one sonar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Opinion {
+    /// How many readings; two more than there are degrees of freedom.
+    pub readings: usize,
     /// Weighted squares that remain of the best line inside the beams; infinite where the beams
     /// have no bearing in common.
     pub chi2_line: f64,
@@ -44,9 +43,11 @@ pub struct Opinion {
 }
 
 impl Opinion {
-    /// The opinion on three neighbouring arcs; a model explains them when its chi2 is below `gate`.
-    pub fn of(arcs: [&Arc; 3], gate: f64) -> Self {
-        let (chi2_line, chi2_point) = (chi2_line(arcs), chi2_point(arcs));
+    /// The opinion on neighbouring arcs, at least three of them; a model explains them when its chi2
+    /// is below the gate for their number.
+    pub fn of(arcs: &[Arc], gate: &Gate) -> Self {
+        let gate = gate.at(arcs.len().saturating_sub(2));
+        let (chi2_line, chi2_point) = (line::least_chi2(arcs), point::least_chi2(arcs));
         let support = match (chi2_line < gate, chi2_point < gate) {
             (true, false) => Support::Line,
             (false, true) => Support::Point,
@@ -54,10 +55,22 @@ impl Opinion {
             (false, false) => Support::Neither,
         };
         Self {
+            readings: arcs.len(),
             chi2_line,
             chi2_point,
             support,
         }
+    }
+
+    /// The kind of feature that alone explains the readings, where the other one is worse by at
+    /// least `decisive`.
+    pub fn decided(&self, decisive: f64) -> Option<Kind> {
+        let kind = self.support.kind()?;
+        let lead = match kind {
+            Kind::Line => self.chi2_point - self.chi2_line,
+            Kind::Point => self.chi2_line - self.chi2_point,
+        };
+        (lead >= decisive).then_some(kind)
     }
 
     /// Whether the readings contradict a label.
@@ -80,154 +93,22 @@ impl Support {
             Self::Neither => "neither",
         }
     }
-}
 
-/// The least chi2 of a line whose normal lies in all three beams.
-fn chi2_line(arcs: [&Arc; 3]) -> f64 {
-    // For a given normal n the best offset of the line is the weighted mean of r_i + s_i . n, and
-    // what remains is a quadratic form in n.
-    let weights = arcs.map(|arc| 1.0 / arc.variance);
-    let total: f64 = weights.iter().sum();
-    let weighted = || arcs.iter().zip(weights);
-    let mean_range = weighted().map(|(arc, w)| arc.range * w).sum::<f64>() / total;
-    let mean_center =
-        weighted().fold(Vec2::zeros(), |sum, (arc, w)| sum + arc.center() * w) / total;
-    let (mut constant, mut linear, mut quadratic) = (0.0, Vec2::zeros(), Matrix2::zeros());
-    for (arc, w) in weighted() {
-        let (r, s) = (arc.range - mean_range, arc.center() - mean_center);
-        constant += w * r * r;
-        linear += s * (w * r);
-        quadratic += s * s.transpose() * w;
-    }
-    let beams = Beams::of(arcs);
-    least(beams.middle_half, |offset| {
-        let normal = beams.direction(offset);
-        if !beams.hold([normal; 3]) {
-            return f64::INFINITY;
-        }
-        (constant + 2.0 * linear.dot(&normal) + normal.dot(&(quadratic * normal))).max(0.0)
-    })
-}
-
-/// The least chi2 of a point that lies in all three beams.
-fn chi2_point(arcs: [&Arc; 3]) -> f64 {
-    let [_, middle, _] = arcs;
-    let beams = Beams::of(arcs);
-    least(beams.middle_half, |offset| {
-        let along = beams.direction(offset);
-        let point = best_point(arcs, middle.center(), along, middle.range);
-        let towards = arcs.map(|arc| point - arc.center());
-        if !beams.hold(towards) {
-            return f64::INFINITY;
-        }
-        towards
-            .iter()
-            .zip(arcs)
-            .map(|(towards, arc)| {
-                let residual = towards.norm() - arc.range;
-                residual * residual / arc.variance
-            })
-            .sum()
-    })
-}
-
-/// The point on a ray that fits the three ranges best: Gauss-Newton steps along the ray.
-fn best_point(arcs: [&Arc; 3], origin: Vec2, along: Vec2, start: f64) -> Vec2 {
-    let mut way = start;
-    for _ in 0..3 {
-        let point = origin + along * way;
-        let (mut information, mut gradient) = (0.0, 0.0);
-        for arc in arcs {
-            let from = point - arc.center();
-            let range = from.norm();
-            let slope = if range > 0.0 {
-                from.dot(&along) / range
-            } else {
-                1.0
-            };
-            information += slope * slope / arc.variance;
-            gradient += slope * (arc.range - range) / arc.variance;
-        }
-        if information <= 0.0 {
-            break;
-        }
-        way = (way + gradient / information).max(0.0);
-    }
-    origin + along * way
-}
-
-/// The beams of a triple, made ready for many questions.
-struct Beams {
-    middle_yaw: f64,
-    middle_half: f64,
-    /// Of each beam: its axis, and the cosine of half its width.
-    edges: [(Vec2, f64); 3],
-}
-
-impl Beams {
-    fn of(arcs: [&Arc; 3]) -> Self {
-        let [_, middle, _] = arcs;
-        Self {
-            middle_yaw: middle.world_from_sensor.yaw,
-            middle_half: middle.beam_width / 2.0,
-            edges: arcs.map(|arc| {
-                let half = arc.beam_width / 2.0 + BEAM_SLACK;
-                (unit(arc.world_from_sensor.yaw), libm::cos(half))
-            }),
+    /// The one kind of feature that explains the readings.
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            Self::Line => Some(Kind::Line),
+            Self::Point => Some(Kind::Point),
+            Self::Ambiguous | Self::Neither => None,
         }
     }
-
-    /// The direction at an angle from the axis of the middle beam.
-    fn direction(&self, offset: f64) -> Vec2 {
-        unit(self.middle_yaw + offset)
-    }
-
-    /// Whether each beam holds the direction that is asked of it.
-    fn hold(&self, towards: [Vec2; 3]) -> bool {
-        self.edges
-            .iter()
-            .zip(towards)
-            .all(|((axis, cosine), towards)| axis.dot(&towards) >= cosine * towards.norm())
-    }
-}
-
-/// The least value of a function on [-half, half]: the best of evenly spaced samples, refined by
-/// golden sections between its neighbours.
-fn least(half: f64, function: impl Fn(f64) -> f64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let step = 2.0 * half / f64::from(SAMPLES);
-    let at = |k: u32| -half + step * f64::from(k);
-    let best = (0..=SAMPLES)
-        .map(|k| (function(at(k)), k))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((value, k)) = best.filter(|(value, _)| value.is_finite()) else {
-        return f64::INFINITY;
-    };
-    let (mut low, mut high) = ((at(k) - step).max(-half), (at(k) + step).min(half));
-    let mut left = high - GOLDEN * (high - low);
-    let mut right = low + GOLDEN * (high - low);
-    let (mut at_left, mut at_right) = (function(left), function(right));
-    let mut least = value.min(at_left).min(at_right);
-    for _ in 0..REFINEMENTS {
-        if at_left <= at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - GOLDEN * (high - low);
-            at_left = function(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + GOLDEN * (high - low);
-            at_right = function(right);
-        }
-        least = least.min(at_left).min(at_right);
-    }
-    least
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::event::SonarId;
-    use crate::geometry::Pose2;
+    use crate::geometry::{Pose2, Vec2, unit};
     use crate::tmam::arc::ArcId;
     use proptest::prelude::*;
 
@@ -252,8 +133,7 @@ mod tests {
     }
 
     fn opinion(arcs: &[Arc; 3]) -> Opinion {
-        let [a, b, c] = arcs;
-        Opinion::of([a, b, c], GATE)
+        Opinion::of(arcs, &Gate::new(GATE))
     }
 
     proptest! {

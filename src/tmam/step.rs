@@ -2,6 +2,7 @@
 
 use super::arc::Arc;
 use super::feature::Extraction;
+use super::stream::Judgement;
 use super::triple::Verdict;
 
 /// Everything that one frame brought about.
@@ -14,4 +15,7 @@ pub struct Step {
     pub verdicts: Vec<Verdict>,
     /// Features extracted from the runs that closed now, each with what became of it in the map.
     pub extractions: Vec<Extraction>,
+    /// Arcs of this and earlier frames of which all is known now: the label, the opinion of the
+    /// widest window and that of the run. By sonar in the order of the arcs.
+    pub judgements: Vec<Judgement>,
 }

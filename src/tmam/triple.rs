@@ -1,6 +1,7 @@
 //! The decision on the middle arc of a triple.
 
 use super::arc::{Arc, ArcId};
+use super::feature::Kind;
 use super::opinion::Opinion;
 use super::pair::{MIN_BASELINE, PairPoint, Points};
 use crate::config::Triple;
@@ -30,8 +31,11 @@ pub enum Reason {
     NoPoints,
     /// The smaller angle is not below gamma.
     Wide,
-    /// The ratio of the angles lies between alpha and beta.
+    /// The ratio of the angles lies between alpha and beta; under the noise-aware rule, both a line
+    /// and a point explain all the readings that there are.
     Ambiguous,
+    /// Under the noise-aware rule: the readings around it come from different targets.
+    Neither,
 }
 
 /// The geometry of a triple, from which its label follows.
@@ -58,14 +62,6 @@ pub struct Evidence {
     pub angles: Angles,
     /// What the readings themselves support, within their noise.
     pub opinion: Opinion,
-}
-
-impl Verdict {
-    /// Whether the readings contradict the label: how a wrong label is found without the truth.
-    pub fn is_suspect(&self) -> bool {
-        self.evidence
-            .is_some_and(|evidence| evidence.opinion.contradicts(self.label))
-    }
 }
 
 /// The decision on one arc.
@@ -154,6 +150,15 @@ impl Label {
         }
     }
 
+    /// The kind of feature that the arc belongs to.
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            Self::Contact => Some(Kind::Line),
+            Self::Intersection => Some(Kind::Point),
+            Self::Unidentified(_) => None,
+        }
+    }
+
     /// Why, for an unidentified arc.
     pub fn reason(self) -> Option<Reason> {
         match self {
@@ -165,16 +170,18 @@ impl Label {
 
 impl Reason {
     /// Every reason, in the order in which they are tried.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Missing,
         Self::Gap,
         Self::Turning,
         Self::NoPoints,
         Self::Wide,
         Self::Ambiguous,
+        Self::Neither,
     ];
 
-    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide` or `ambiguous`.
+    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous` or
+    /// `neither`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Missing => "missing",
@@ -183,6 +190,7 @@ impl Reason {
             Self::NoPoints => "no-points",
             Self::Wide => "wide",
             Self::Ambiguous => "ambiguous",
+            Self::Neither => "neither",
         }
     }
 }

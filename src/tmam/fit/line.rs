@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-use super::{Fit, Model, Start, iterate};
-use crate::geometry::{Pose2, Vec2, unit};
+use super::{Demands, Estimate, Fit, Model, Start, estimate};
+use crate::geometry::{Pose2, Vec2, direction, unit, wrap_angle};
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Rejection, Segment, Shape};
 use crate::tmam::pair::Points;
@@ -46,6 +46,23 @@ impl Model for LocalLine {
         })
     }
 
+    fn mirrored(&self, parameters: Vector2<f64>, first: &Arc, last: &Arc) -> Vector2<f64> {
+        let path = direction(last.center() - first.center()) - self.world_from_local.yaw;
+        // The local origin is a sensor on the path, so the distance from it stays.
+        Vector2::new(parameters.x, wrap_angle(2.0 * path - parameters.y))
+    }
+
+    fn in_beam(&self, parameters: Vector2<f64>, arc: &Arc, slack: f64) -> bool {
+        let in_front = self
+            .predict(parameters, arc)
+            .is_some_and(|(range, _)| range > 0.0); // (18)
+        in_front && arc.beam_nearly_holds(parameters.y + self.world_from_local.yaw, slack)
+    }
+
+    fn bearing_variance(&self, estimate: &Estimate, _: &Arc) -> f64 {
+        estimate.covariance.m22
+    }
+
     fn step_norm(step: Vector2<f64>) -> f64 {
         Vector2::new(100.0 * step.x, step.y).norm()
     }
@@ -54,47 +71,23 @@ impl Model for LocalLine {
 /// Fits a line to the arcs of a run.
 ///
 /// The estimate and its covariance (23) are in the world; the ends are the extreme tangent points.
-pub fn fit_line(arcs: &[Arc]) -> Fit {
+pub fn fit_line(arcs: &[Arc], demands: &Demands) -> Fit {
     let Some(first) = arcs.first() else {
         return Fit::failed(Rejection::NoStart, 0);
     };
     let model = LocalLine::new(*first);
-    let estimate = match iterate(&model, arcs) {
-        Ok(estimate) => estimate,
-        Err(failed) => return failed,
-    };
-    let (rho, theta) = (estimate.parameters.x, estimate.parameters.y);
-    let bearing = theta + model.world_from_local.yaw;
-    let in_beams = arcs.iter().all(|arc| {
-        let in_front = model
-            .predict(estimate.parameters, arc)
-            .is_some_and(|(range, _)| range > 0.0); // (18)
-        in_front && arc.beam_holds(bearing)
-    });
-    let segment = to_world(
-        &model.world_from_local,
-        rho,
-        theta,
-        estimate.covariance,
-        arcs,
-    );
-    Fit {
-        shape: Some(Shape::Line(segment)),
-        residual_rms: estimate.residual_rms,
-        iterations: estimate.iterations,
-        converged: estimate.converged,
-        rejection: (!in_beams).then_some(Rejection::OutsideBeams),
+    match estimate(&model, arcs, demands) {
+        Ok(estimate) => {
+            let segment = to_world(&model.world_from_local, &estimate, arcs);
+            estimate.fit(Shape::Line(segment))
+        }
+        Err(failed) => failed,
     }
 }
 
 /// The local line with its mean square error, transformed to the world, and its ends.
-fn to_world(
-    world_from_local: &Pose2,
-    rho: f64,
-    theta: f64,
-    covariance: Matrix2<f64>,
-    arcs: &[Arc],
-) -> Segment {
+fn to_world(world_from_local: &Pose2, estimate: &Estimate, arcs: &[Arc]) -> Segment {
+    let (rho, theta) = (estimate.parameters.x, estimate.parameters.y);
     let normal = unit(theta + world_from_local.yaw);
     let along = Vec2::new(-normal.y, normal.x);
     let origin = world_from_local.position();
@@ -103,6 +96,7 @@ fn to_world(
     let world_from_local_parameters = Matrix2::new(1.0, origin.dot(&along), 0.0, 1.0);
     let (low, high) = arcs
         .iter()
+        .filter(|arc| !estimate.outliers.contains(&arc.id))
         .map(|arc| arc.center().dot(&along))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), way| {
             (low.min(way), high.max(way))
@@ -111,7 +105,7 @@ fn to_world(
         rho: world_rho,
         theta: theta + world_from_local.yaw,
         covariance: world_from_local_parameters
-            * covariance
+            * estimate.covariance
             * world_from_local_parameters.transpose(),
         mid: normal * world_rho + along * ((low + high) / 2.0),
         half_length: (high - low) / 2.0,
@@ -163,7 +157,7 @@ mod tests {
             let (start, normal) = (Vec2::new(x, y), travel + off);
             let rho = unit(normal).dot(&start) + ahead + 0.5;
             let arcs = wall_arcs(start, travel, normal, rho, &[0.0; 6]);
-            let fit = fit_line(&arcs);
+            let fit = fit_line(&arcs, &Demands::default());
             prop_assert_eq!(fit.rejection, None);
             prop_assert!(fit.converged);
             let found = segment(fit);
@@ -188,11 +182,17 @@ mod tests {
         let estimates: Vec<Segment> = (0..n)
             .map(|_| {
                 let noise: Vec<f64> = (0..8).map(|_| SIGMA * rng.sample()).collect();
-                segment(fit_line(&wall_arcs(start, travel, normal, rho, &noise)))
+                segment(fit_line(
+                    &wall_arcs(start, travel, normal, rho, &noise),
+                    &Demands::default(),
+                ))
             })
             .collect();
-        let predicted =
-            segment(fit_line(&wall_arcs(start, travel, normal, rho, &[0.0; 8]))).covariance;
+        let predicted = segment(fit_line(
+            &wall_arcs(start, travel, normal, rho, &[0.0; 8]),
+            &Demands::default(),
+        ))
+        .covariance;
         let spread = estimates.iter().fold(Matrix2::zeros(), |sum, s| {
             let e = Vector2::new(s.rho - rho, s.theta - normal);
             sum + e * e.transpose() / f64::from(n)
@@ -214,7 +214,7 @@ mod tests {
                 let way = 0.12 * f64::from(k);
                 arc(k, unit(travel) * way, travel, 3.0 - 0.995 * way)
             });
-            let Some(Shape::Line(found)) = fit_line(&arcs).shape else {
+            let Some(Shape::Line(found)) = fit_line(&arcs, &Demands::default()).shape else {
                 panic!("no line");
             };
             let normal = if found.rho > 0.0 {
@@ -236,7 +236,7 @@ mod tests {
         assert!(norm(0.011, 0.0) > 1.0, "11 mm are not");
         // So a fit from a start that is a few millimetres off ends after one step.
         let arcs = wall_arcs(Vec2::zeros(), 0.0, 1.57, 2.0, &[1e-3, -1e-3, 1e-3, 0.0]);
-        assert_eq!(fit_line(&arcs).iterations, 1);
+        assert_eq!(fit_line(&arcs, &Demands::default()).iterations, 1);
     }
 
     #[test]
@@ -245,7 +245,10 @@ mod tests {
         for a in arcs.iter_mut().skip(2) {
             a.world_from_sensor.yaw += 0.4;
         }
-        assert_eq!(fit_line(&arcs).rejection, Some(Rejection::OutsideBeams));
+        assert_eq!(
+            fit_line(&arcs, &Demands::default()).rejection,
+            Some(Rejection::OutsideBeams)
+        );
     }
 
     #[test]
@@ -254,13 +257,22 @@ mod tests {
             arc(0, Vec2::new(0.0, 0.0), 1.57, 1.0),
             arc(1, Vec2::new(0.1, 0.0), 1.57, 2.0),
         ];
-        assert_eq!(fit_line(&arcs).rejection, Some(Rejection::NoStart));
-        assert_eq!(fit_line(&[]).rejection, Some(Rejection::NoStart));
+        assert_eq!(
+            fit_line(&arcs, &Demands::default()).rejection,
+            Some(Rejection::NoStart)
+        );
+        assert_eq!(
+            fit_line(&[], &Demands::default()).rejection,
+            Some(Rejection::NoStart)
+        );
     }
 
     #[test]
     fn a_base_line_of_no_length_is_singular() {
         let arcs = [0.0, 2e-6].map(|x| arc(0, Vec2::new(x, 0.0), 1.57, 1.0));
-        assert_eq!(fit_line(&arcs).rejection, Some(Rejection::Singular));
+        assert_eq!(
+            fit_line(&arcs, &Demands::default()).rejection,
+            Some(Rejection::Singular)
+        );
     }
 }

@@ -5,7 +5,7 @@
 
 use nalgebra::{RowVector2, Vector2};
 
-use super::{Fit, Model, Start, iterate};
+use super::{Demands, Estimate, Fit, Model, Start, estimate};
 use crate::geometry::direction;
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Point, Rejection, Shape};
@@ -29,33 +29,42 @@ impl Model for CartesianPoint {
             .map(|side| side.map(|p| Start::at(p.on_a, &p, &self.first)))
     }
 
+    fn mirrored(&self, parameters: Vector2<f64>, first: &Arc, last: &Arc) -> Vector2<f64> {
+        let path = last.center() - first.center();
+        let along = path / path.norm().max(f64::MIN_POSITIVE);
+        let from_path = parameters - first.center();
+        first.center() + along * (2.0 * along.dot(&from_path)) - from_path
+    }
+
+    fn in_beam(&self, parameters: Vector2<f64>, arc: &Arc, slack: f64) -> bool {
+        arc.beam_nearly_holds(direction(parameters - arc.center()), slack)
+    }
+
+    fn bearing_variance(&self, estimate: &Estimate, first: &Arc) -> f64 {
+        let away = estimate.parameters - first.center();
+        let across = Vector2::new(-away.y, away.x) / away.norm_squared().max(f64::MIN_POSITIVE);
+        across.dot(&(estimate.covariance * across))
+    }
+
     fn step_norm(step: Vector2<f64>) -> f64 {
         100.0 * step.norm()
     }
 }
 
 /// Fits a point to the arcs of a run; estimate and covariance in the world.
-pub fn fit_point(arcs: &[Arc]) -> Fit {
+pub fn fit_point(arcs: &[Arc], demands: &Demands) -> Fit {
     let Some(first) = arcs.first() else {
         return Fit::failed(Rejection::NoStart, 0);
     };
-    let estimate = match iterate(&CartesianPoint { first: *first }, arcs) {
-        Ok(estimate) => estimate,
-        Err(failed) => return failed,
-    };
-    let position = estimate.parameters;
-    let in_beams = arcs
-        .iter()
-        .all(|arc| arc.beam_holds(direction(position - arc.center())));
-    Fit {
-        shape: Some(Shape::Point(Point {
-            position,
-            covariance: estimate.covariance,
-        })),
-        residual_rms: estimate.residual_rms,
-        iterations: estimate.iterations,
-        converged: estimate.converged,
-        rejection: (!in_beams).then_some(Rejection::OutsideBeams),
+    match estimate(&CartesianPoint { first: *first }, arcs, demands) {
+        Ok(estimate) => {
+            let point = Point {
+                position: estimate.parameters,
+                covariance: estimate.covariance,
+            };
+            estimate.fit(Shape::Point(point))
+        }
+        Err(failed) => failed,
     }
 }
 
@@ -121,7 +130,7 @@ mod tests {
         fn exact_readings_give_the_corner_back(x in -2.0..2.0, y in -2.0..2.0, travel in -3.0..3.0, off in 0.7..2.4, range in 1.5..4.0f64) {
             let start = Vec2::new(x, y);
             let corner = start + unit(travel + off) * range;
-            let fit = fit_point(&corner_arcs(start, travel, corner, &[0.0; 5]));
+            let fit = fit_point(&corner_arcs(start, travel, corner, &[0.0; 5]), &Demands::default());
             prop_assert_eq!(fit.rejection, None);
             prop_assert!((point(fit).position - corner).norm() < 1e-6);
         }
@@ -134,10 +143,19 @@ mod tests {
         let n = 4000;
         let spread = (0..n).fold(Matrix2::zeros(), |sum, _| {
             let noise: Vec<f64> = (0..7).map(|_| SIGMA * rng.sample()).collect();
-            let e = point(fit_point(&corner_arcs(start, travel, corner, &noise))).position - corner;
+            let e = point(fit_point(
+                &corner_arcs(start, travel, corner, &noise),
+                &Demands::default(),
+            ))
+            .position
+                - corner;
             sum + e * e.transpose() / f64::from(n)
         });
-        let predicted = point(fit_point(&corner_arcs(start, travel, corner, &[0.0; 7]))).covariance;
+        let predicted = point(fit_point(
+            &corner_arcs(start, travel, corner, &[0.0; 7]),
+            &Demands::default(),
+        ))
+        .covariance;
         for (i, j) in [(0, 0), (1, 1), (0, 1)] {
             let ratio = spread[(i, j)] / predicted[(i, j)];
             assert!((0.88..1.12).contains(&ratio), "({i}, {j}): {ratio}");
@@ -146,12 +164,15 @@ mod tests {
 
     #[test]
     fn a_point_at_the_world_origin_is_nothing_special() {
-        let fit = fit_point(&corner_arcs(
-            Vec2::new(1.0, 1.0),
-            2.5,
-            Vec2::zeros(),
-            &[1e-3, -1e-3, 0.0, 1e-3],
-        ));
+        let fit = fit_point(
+            &corner_arcs(
+                Vec2::new(1.0, 1.0),
+                2.5,
+                Vec2::zeros(),
+                &[1e-3, -1e-3, 0.0, 1e-3],
+            ),
+            &Demands::default(),
+        );
         assert_eq!(fit.rejection, None);
         let found = point(fit);
         assert!(found.position.norm() < 0.03, "{}", found.position);
@@ -167,7 +188,7 @@ mod tests {
         // (12) with the paper's own Jacobian, at the same estimate.
         let (start, corner) = (Vec2::new(1.0, 1.0), Vec2::new(2.0, 3.0));
         let arcs = corner_arcs(start, 0.3, corner, &[0.0; 6]);
-        let found = point(fit_point(&arcs));
+        let found = point(fit_point(&arcs, &Demands::default()));
         let (rho, alpha) = found.polar();
         let information = arcs.iter().fold(Matrix2::zeros(), |sum, a| {
             let j = polar_jacobian(rho, alpha, a.center());

@@ -1,0 +1,186 @@
+//! The map as a witness: which of its features should have echoed, and did.
+//!
+//! Three readings often cannot tell a wall from a corner, but a map that was made of all of them
+//! can: it says where the wall ends, and a reading whose perpendicular meets the wall beyond its end
+//! came from the corner.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::arc::Arc;
+use super::feature::{Kind, MapFeature, Point, Segment, Shape, Status};
+use super::opinion::Support;
+use crate::geometry::{Vec2, direction, unit, wrap_angle};
+
+/// Standard deviations within which a feature explains a reading, and within which a place counts
+/// as the end of a wall.
+const SIGMAS: f64 = 3.0;
+
+/// A point this near to a wall is its end, or stands in it, metres; beyond what the covariances say.
+const CORNER: f64 = 0.02;
+
+/// The confirmed features of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Witness {
+    walls: Vec<Wall>,
+    points: Vec<(u32, Point)>,
+}
+
+/// What the map says of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Testimony {
+    /// Which kind of feature explains the reading. `Neither` where the map has none that does.
+    pub support: Support,
+    /// The feature that does.
+    pub feature: Option<u32>,
+}
+
+/// A wall from end to end, in coordinates along it.
+#[derive(Debug, Clone, PartialEq)]
+struct Wall {
+    id: u32,
+    segment: Segment,
+    low: f64,
+    high: f64,
+    /// Standard deviation of the two ends.
+    blur: f64,
+}
+
+impl Witness {
+    /// From the features of a map; walls reach `max_wall_gap` metres beyond what was seen of them,
+    /// if there is a corner.
+    pub fn new(features: &[MapFeature], max_wall_gap: f64) -> Self {
+        let confirmed = || features.iter().filter(|f| f.status == Status::Confirmed);
+        let points: Vec<(u32, Point)> = confirmed()
+            .filter_map(|f| match f.shape {
+                Shape::Point(point) => Some((f.id, point)),
+                Shape::Line(_) => None,
+            })
+            .collect();
+        let walls = confirmed()
+            .filter_map(|f| match f.shape {
+                Shape::Line(segment) => Some(Wall::new(f.id, segment, &points, max_wall_gap)),
+                Shape::Point(_) => None,
+            })
+            .collect();
+        Self { walls, points }
+    }
+
+    /// What the map says of an arc.
+    pub fn testify(&self, arc: &Arc) -> Testimony {
+        let walls: Vec<(&Wall, Place)> = self
+            .walls
+            .iter()
+            .filter_map(|wall| Some((wall, wall.explains(arc)?)))
+            .collect();
+        let point = self
+            .points
+            .iter()
+            .filter_map(|(id, point)| Some((misfit_of_point(point, arc)?, *id)))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let on = walls.iter().find(|(_, place)| *place == Place::On);
+        let near_end = walls.iter().any(|(_, place)| *place == Place::AtEnd);
+        match (on, point) {
+            // The foot of the perpendicular is always nearer than the wall's end.
+            (Some((wall, _)), _) => Testimony::of(Kind::Line, wall.id),
+            (None, Some(_)) if near_end => Testimony {
+                support: Support::Ambiguous,
+                feature: None,
+            },
+            (None, Some((_, id))) => Testimony::of(Kind::Point, id),
+            (None, None) => Testimony {
+                support: Support::Neither,
+                feature: None,
+            },
+        }
+    }
+}
+
+impl Testimony {
+    fn of(kind: Kind, feature: u32) -> Self {
+        Self {
+            support: match kind {
+                Kind::Line => Support::Line,
+                Kind::Point => Support::Point,
+            },
+            feature: Some(feature),
+        }
+    }
+}
+
+/// Where the perpendicular from a sensor meets a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    On,
+    AtEnd,
+}
+
+impl Wall {
+    fn new(id: u32, segment: Segment, points: &[(u32, Point)], max_wall_gap: f64) -> Self {
+        let (normal, along) = (unit(segment.theta), unit(segment.theta + FRAC_PI_2));
+        let middle = segment.mid.dot(&along);
+        let (low, high) = (middle - segment.half_length, middle + segment.half_length);
+        let mut wall = Self {
+            id,
+            segment,
+            low,
+            high,
+            blur: 0.0,
+        };
+        for (_, point) in points {
+            let off = (point.position.dot(&normal) - segment.rho).abs();
+            let spread = normal.dot(&(point.covariance * normal)).max(0.0).sqrt();
+            if off > CORNER + SIGMAS * spread {
+                continue;
+            }
+            let way = point.position.dot(&along);
+            let blur = along.dot(&(point.covariance * along)).max(0.0).sqrt();
+            let slack = CORNER + SIGMAS * blur;
+            if way > middle && way > high - slack && way < high + max_wall_gap {
+                (wall.high, wall.blur) = (way, wall.blur.max(blur));
+            } else if way < middle && way < low + slack && way > low - max_wall_gap {
+                (wall.low, wall.blur) = (way, wall.blur.max(blur));
+            }
+        }
+        wall
+    }
+
+    /// Where the wall would have echoed the reading, if it did within the noise.
+    fn explains(&self, arc: &Arc) -> Option<Place> {
+        let (local, covariance) = self.segment.about(arc.center());
+        let (away, bearing) = if local.x < 0.0 {
+            (
+                -local.x,
+                wrap_angle(self.segment.theta + std::f64::consts::PI),
+            )
+        } else {
+            (local.x, self.segment.theta)
+        };
+        let variance = arc.variance + covariance.m11.max(0.0);
+        let misfit = away - arc.range;
+        if misfit * misfit > SIGMAS * SIGMAS * variance || !arc.beam_holds(bearing) {
+            return None;
+        }
+        let way = arc.center().dot(&unit(self.segment.theta + FRAC_PI_2));
+        let slack = SIGMAS * self.blur;
+        if way > self.low + slack && way < self.high - slack {
+            Some(Place::On)
+        } else if way > self.low - slack && way < self.high + slack {
+            Some(Place::AtEnd)
+        } else {
+            None
+        }
+    }
+}
+
+/// Squared misfit of a point in standard deviations, where it explains the reading.
+fn misfit_of_point(point: &Point, arc: &Arc) -> Option<f64> {
+    let towards: Vec2 = point.position - arc.center();
+    let range = towards.norm();
+    if range <= 0.0 || !arc.beam_holds(direction(towards)) {
+        return None;
+    }
+    let ray = towards / range;
+    let variance = arc.variance + ray.dot(&(point.covariance * ray)).max(0.0);
+    let misfit = (range - arc.range) * (range - arc.range) / variance;
+    (misfit < SIGMAS * SIGMAS).then_some(misfit)
+}
