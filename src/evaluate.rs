@@ -8,7 +8,7 @@ mod assignment;
 pub mod json;
 pub mod labels;
 pub mod map;
-mod matching;
+pub mod matching;
 pub mod scorer;
 pub mod suspects;
 pub mod text;
