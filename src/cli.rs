@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, none with logic of its own.
 
 mod config;
+mod evaluate;
 mod info;
 mod parameters;
 mod replay;
@@ -25,6 +26,7 @@ pub struct Cli {
 enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
+    Evaluate(Box<evaluate::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -38,6 +40,7 @@ impl Cli {
         match self.command {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),
+            Command::Evaluate(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::config::file::ConfigError;
+use crate::evaluate::TruthError;
 use crate::log::{LogError, itemised};
 use crate::output::OutputError;
 use crate::outputs::OutputsError;
@@ -34,6 +35,9 @@ pub enum Error {
     /// A log in which nothing can be replayed.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// Nothing to hold a replay against.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
     /// A flag, or a configuration made of flags.
     #[error(transparent)]
     Config(#[from] ConfigError),

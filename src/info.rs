@@ -12,7 +12,7 @@ pub mod resolution;
 pub mod skeleton;
 pub mod sonars;
 mod statistics;
-mod tables;
+pub(crate) mod tables;
 pub mod text;
 pub mod trial;
 

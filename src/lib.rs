@@ -13,6 +13,7 @@
 pub mod cli;
 pub mod config;
 pub mod error;
+pub mod evaluate;
 pub mod event;
 pub mod features;
 pub mod frames;

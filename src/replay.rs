@@ -169,6 +169,18 @@ impl<'a> Replay<'a> {
         }
     }
 
+    /// The log.
+    pub fn log(&self) -> &'a Log {
+        self.log
+    }
+
+    /// The readings in the window of the sonars asked for.
+    pub fn readings(&self) -> impl Iterator<Item = &'a RangeReading> {
+        self.readings
+            .iter()
+            .filter(|reading| self.selected.get(reading.sonar.index()) == Some(&true))
+    }
+
     /// Steps the machine over every frame.
     ///
     /// # Errors

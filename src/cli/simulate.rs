@@ -195,6 +195,7 @@ impl From<Args> for Simulation {
     }
 }
 
-fn read_world(path: &str) -> Result<World, WorldError> {
+/// Reads a world that a flag names.
+pub(super) fn read_world(path: &str) -> Result<World, WorldError> {
     World::read(FilePath::new(path))
 }

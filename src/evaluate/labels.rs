@@ -1,0 +1,180 @@
+//! Labels against what echoed.
+//!
+//! An arc's own reflector is its truth, whatever its neighbours came from: `contact` is right on an
+//! arc of a wall, `intersection` on one of a point.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::share;
+use super::truth::{Other, Target};
+use crate::rounding::optional;
+use crate::tmam::arc::ArcId;
+use crate::tmam::triple::Label;
+use crate::world::Reflector;
+
+/// A decided arc and what it came from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// The arc.
+    pub arc: ArcId,
+    /// What it was labelled.
+    pub label: Label,
+    /// What it came from.
+    pub target: Target,
+    /// Whether its neighbours in the sonar's sequence came from the same.
+    pub one_target: bool,
+    /// How strongly the replay itself doubts the label: see [`suspects`](super::suspects).
+    pub doubt: f64,
+    /// Whether the replay itself calls the label suspect.
+    pub suspect: bool,
+}
+
+impl Judged {
+    /// Whether the label is right; `None` for an arc without one.
+    pub fn is_right(&self) -> Option<bool> {
+        match self.label {
+            Label::Contact => Some(matches!(self.target, Target::Reflector(Reflector::Line(_)))),
+            Label::Intersection => Some(matches!(
+                self.target,
+                Target::Reflector(Reflector::Point(_))
+            )),
+            Label::Unidentified(_) => None,
+        }
+    }
+}
+
+/// Arcs by what they came from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct ByTarget {
+    /// From a wall.
+    pub line: u64,
+    /// From a point.
+    pub point: u64,
+    /// From neither.
+    pub other: u64,
+}
+
+impl ByTarget {
+    fn count(&mut self, target: Target) {
+        *match target {
+            Target::Reflector(Reflector::Line(_)) => &mut self.line,
+            Target::Reflector(Reflector::Point(_)) => &mut self.point,
+            Target::Other(_) => &mut self.other,
+        } += 1;
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.line + self.point + self.other
+    }
+}
+
+/// How one label did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Class {
+    /// Right ones among the arcs that have the label.
+    #[serde(serialize_with = "optional")]
+    pub precision: Option<f64>,
+    /// Arcs that have the label among those that should.
+    #[serde(serialize_with = "optional")]
+    pub recall: Option<f64>,
+}
+
+/// Wrong labels by what their triples saw.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Wrong {
+    /// The arc and its neighbours came from one target: the noise misled the rule.
+    pub one_target: u64,
+    /// They came from different ones: a triple across a change of target.
+    pub mixed: u64,
+}
+
+/// How the labels of a replay did.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct LabelScore {
+    /// Arcs that were decided.
+    pub arcs: u64,
+    /// Share of them that have a label.
+    #[serde(serialize_with = "optional")]
+    pub coverage: Option<f64>,
+    /// Share of wrong ones among the labels given.
+    #[serde(serialize_with = "optional")]
+    pub wrong_share: Option<f64>,
+    /// Arcs labelled contact.
+    pub contact: ByTarget,
+    /// Arcs labelled intersection.
+    pub intersection: ByTarget,
+    /// Arcs without a label.
+    pub unidentified: ByTarget,
+    /// Arcs without a label, by the reason.
+    pub reasons: BTreeMap<&'static str, ByTarget>,
+    /// Arcs from neither a wall nor a point, by why.
+    pub other: BTreeMap<&'static str, u64>,
+    /// How contact did.
+    pub contact_score: Class,
+    /// How intersection did.
+    pub intersection_score: Class,
+    /// The wrong labels.
+    pub wrong: Wrong,
+}
+
+impl LabelScore {
+    /// Scores every decided arc.
+    pub fn new(judged: &[Judged]) -> Self {
+        let mut score = Self {
+            other: Other::ALL.map(|other| (other.name(), 0)).into(),
+            ..Self::default()
+        };
+        for arc in judged {
+            score.take(arc);
+        }
+        let (contact, intersection) = (score.contact, score.intersection);
+        let missing = score.unidentified;
+        let lines = contact.line + intersection.line + missing.line;
+        let points = contact.point + intersection.point + missing.point;
+        score.contact_score = Class {
+            precision: share(contact.line, contact.total()),
+            recall: share(contact.line, lines),
+        };
+        score.intersection_score = Class {
+            precision: share(intersection.point, intersection.total()),
+            recall: share(intersection.point, points),
+        };
+        score.coverage = share(score.given(), score.arcs);
+        score.wrong_share = share(score.wrong_labels(), score.given());
+        score
+    }
+
+    fn take(&mut self, arc: &Judged) {
+        self.arcs += 1;
+        if let Target::Other(other) = arc.target {
+            *self.other.entry(other.name()).or_default() += 1;
+        }
+        match arc.label {
+            Label::Contact => self.contact.count(arc.target),
+            Label::Intersection => self.intersection.count(arc.target),
+            Label::Unidentified(reason) => {
+                self.unidentified.count(arc.target);
+                let reason = self.reasons.entry(reason.name()).or_default();
+                reason.count(arc.target);
+            }
+        }
+        match (arc.is_right(), arc.one_target) {
+            (Some(false), true) => self.wrong.one_target += 1,
+            (Some(false), false) => self.wrong.mixed += 1,
+            _ => {}
+        }
+    }
+
+    /// Labels given.
+    pub fn given(&self) -> u64 {
+        self.contact.total() + self.intersection.total()
+    }
+
+    /// Wrong ones among them.
+    pub fn wrong_labels(&self) -> u64 {
+        self.wrong.one_target + self.wrong.mixed
+    }
+}

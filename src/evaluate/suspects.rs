@@ -1,0 +1,117 @@
+//! How well the replay's own doubts find its wrong labels.
+
+use serde::Serialize;
+
+use super::labels::Judged;
+use super::share;
+use crate::rounding::{number, optional};
+use crate::tmam::feature::Extraction;
+use crate::tmam::triple::{Label, Verdict};
+
+/// Gates at which doubts are held against the truth: 1 in 10, 20, 100 and 1000 of one target's
+/// triples lie beyond (chi2 with one degree of freedom).
+pub const GATES: [f64; 4] = [2.71, 3.84, 6.63, 10.83];
+
+/// How strongly the readings speak against a label: what the gate is held against. Zero for an arc
+/// without a label. `_run` is the closed run that the label ended in.
+pub fn doubt(verdict: &Verdict, _run: Option<&Extraction>) -> f64 {
+    let Some(evidence) = verdict.evidence else {
+        return 0.0;
+    };
+    match verdict.label {
+        Label::Contact => evidence.opinion.chi2_line,
+        Label::Intersection => evidence.opinion.chi2_point,
+        Label::Unidentified(_) => 0.0,
+    }
+}
+
+/// Whether the replay, as it was configured, calls a label suspect.
+pub fn is_suspect(verdict: &Verdict, _run: Option<&Extraction>) -> bool {
+    verdict.is_suspect()
+}
+
+/// How suspects did under one gate.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Gate {
+    /// Labels called suspect.
+    pub suspects: u64,
+    /// Wrong labels among them.
+    pub wrong_found: u64,
+    /// Right labels among them.
+    pub right_accused: u64,
+    /// Wrong ones among the suspects.
+    #[serde(serialize_with = "optional")]
+    pub precision: Option<f64>,
+    /// Suspects among the wrong labels.
+    #[serde(serialize_with = "optional")]
+    pub recall: Option<f64>,
+    /// Suspects among the right labels.
+    #[serde(serialize_with = "optional")]
+    pub right_accused_share: Option<f64>,
+}
+
+/// How suspects did under a gate that is not the configured one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct OtherGate {
+    /// The gate: chi2 with one degree of freedom.
+    #[serde(serialize_with = "number")]
+    pub gate: f64,
+    /// What it gives.
+    #[serde(flatten)]
+    pub score: Gate,
+}
+
+/// How suspects did.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct SuspectScore {
+    /// Wrong labels there are to find.
+    pub wrong: u64,
+    /// Right labels there are to leave alone.
+    pub right: u64,
+    /// As the replay was configured.
+    pub configured: Gate,
+    /// Under other gates.
+    pub gates: Vec<OtherGate>,
+}
+
+impl SuspectScore {
+    /// Scores the doubts about every label.
+    pub fn new(judged: &[Judged]) -> Self {
+        let labels: Vec<(&Judged, bool)> = judged
+            .iter()
+            .filter_map(|arc| Some((arc, arc.is_right()?)))
+            .collect();
+        let right = labels.iter().filter(|(_, right)| *right).count() as u64;
+        let wrong = labels.len() as u64 - right;
+        let score = |accused: &dyn Fn(&Judged) -> bool| {
+            let accused_labels = labels.iter().filter(|(arc, _)| accused(arc));
+            let (mut wrong_found, mut right_accused) = (0, 0);
+            for (_, is_right) in accused_labels {
+                *(if *is_right {
+                    &mut right_accused
+                } else {
+                    &mut wrong_found
+                }) += 1;
+            }
+            Gate {
+                suspects: wrong_found + right_accused,
+                wrong_found,
+                right_accused,
+                precision: share(wrong_found, wrong_found + right_accused),
+                recall: share(wrong_found, wrong),
+                right_accused_share: share(right_accused, right),
+            }
+        };
+        Self {
+            wrong,
+            right,
+            configured: score(&|arc| arc.suspect),
+            gates: GATES
+                .map(|gate| OtherGate {
+                    gate,
+                    score: score(&|arc| arc.doubt >= gate),
+                })
+                .to_vec(),
+        }
+    }
+}
