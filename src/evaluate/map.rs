@@ -7,7 +7,7 @@ use super::matching::{self, Comparison, TrueLine, compare};
 use super::share;
 use super::truth::{Target, Truth};
 use crate::rounding::{number, optional};
-use crate::tmam::feature::{Kind, MapFeature, Shape};
+use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
 use crate::world::Reflector;
 
 /// The value that a chi2 with two degrees of freedom exceeds one time in twenty.
@@ -136,8 +136,8 @@ pub struct MapScore {
 }
 
 /// Whether a feature has enough behind it to be held against the truth strictly.
-pub fn is_confirmed(_feature: &MapFeature) -> bool {
-    true
+pub fn is_confirmed(feature: &MapFeature) -> bool {
+    feature.status == Status::Confirmed
 }
 
 impl MapScore {

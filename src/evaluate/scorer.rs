@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::labels::{Judged, LabelScore};
 use super::map::{Extracted, ExtractedScore, MapScore, is_confirmed};
-use super::suspects::{SuspectScore, doubt, is_suspect};
+use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};
 use crate::event::SonarId;
 use crate::frames::Frame;
@@ -13,7 +13,7 @@ use crate::replay::Outcome;
 use crate::tmam::arc::ArcId;
 use crate::tmam::feature::{Action, Extraction, Kind};
 use crate::tmam::step::Step;
-use crate::tmam::triple::Verdict;
+use crate::tmam::stream::Judgement;
 
 /// How a replay did.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Scorer<'t> {
     truth: &'t Truth,
     targets: BTreeMap<ArcId, Target>,
     sequences: BTreeMap<SonarId, Vec<ArcId>>,
-    verdicts: Vec<Verdict>,
+    judgements: Vec<Judgement>,
 }
 
 impl<'t> Scorer<'t> {
@@ -50,7 +50,7 @@ impl<'t> Scorer<'t> {
             truth,
             targets: BTreeMap::new(),
             sequences: BTreeMap::new(),
-            verdicts: Vec::new(),
+            judgements: Vec::new(),
         }
     }
 
@@ -59,28 +59,24 @@ impl<'t> Scorer<'t> {
             self.targets.insert(arc.id, self.truth.target(arc));
             self.sequences.entry(arc.id.sonar).or_default().push(arc.id);
         }
-        self.verdicts.extend(step.verdicts.iter().copied());
+        self.judgements.extend(step.judgements.iter().copied());
     }
 
     /// The scores of the replay that was watched to its end.
     pub fn evaluate(&self, outcome: &Outcome) -> Evaluation {
-        let mut runs = BTreeMap::<ArcId, &Extraction>::new();
-        for extraction in &outcome.extractions {
-            runs.extend(extraction.labelled.iter().map(|arc| (*arc, extraction)));
-        }
         let arcs: Vec<Judged> = self
-            .verdicts
+            .judgements
             .iter()
-            .filter_map(|verdict| {
-                let run = runs.get(&verdict.arc).copied();
-                let target = *self.targets.get(&verdict.arc)?;
+            .filter_map(|judgement| {
+                let arc = judgement.arc.id;
+                let target = *self.targets.get(&arc)?;
                 Some(Judged {
-                    arc: verdict.arc,
-                    label: verdict.label,
+                    arc,
+                    label: judgement.verdict.label,
                     target,
-                    one_target: self.neighbours_share(verdict.arc, target),
-                    doubt: doubt(verdict, run),
-                    suspect: is_suspect(verdict, run),
+                    one_target: self.neighbours_share(arc, target),
+                    doubt: judgement.doubt(),
+                    suspect: judgement.is_suspect(),
                 })
             })
             .collect();

@@ -5,30 +5,10 @@ use serde::Serialize;
 use super::labels::Judged;
 use super::share;
 use crate::rounding::{number, optional};
-use crate::tmam::feature::Extraction;
-use crate::tmam::triple::{Label, Verdict};
 
 /// Gates at which doubts are held against the truth: 1 in 10, 20, 100 and 1000 of one target's
 /// triples lie beyond (chi2 with one degree of freedom).
 pub const GATES: [f64; 4] = [2.71, 3.84, 6.63, 10.83];
-
-/// How strongly the readings speak against a label: what the gate is held against. Zero for an arc
-/// without a label. `_run` is the closed run that the label ended in.
-pub fn doubt(verdict: &Verdict, _run: Option<&Extraction>) -> f64 {
-    let Some(evidence) = verdict.evidence else {
-        return 0.0;
-    };
-    match verdict.label {
-        Label::Contact => evidence.opinion.chi2_line,
-        Label::Intersection => evidence.opinion.chi2_point,
-        Label::Unidentified(_) => 0.0,
-    }
-}
-
-/// Whether the replay, as it was configured, calls a label suspect.
-pub fn is_suspect(verdict: &Verdict, _run: Option<&Extraction>) -> bool {
-    verdict.is_suspect()
-}
 
 /// How suspects did under one gate.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]

@@ -56,6 +56,33 @@ impl Judgement {
     }
 }
 
+impl Judgement {
+    /// How strongly the label is contradicted: the gate on chi2 with one degree of freedom from
+    /// which on it would not be suspect. Infinite where the map says otherwise; zero where there is
+    /// no label, or where the map says the same.
+    pub fn doubt(&self) -> f64 {
+        let Some(labelled) = self.verdict.label.kind() else {
+            return 0.0;
+        };
+        match self.map.and_then(|map| map.support.kind()) {
+            Some(kind) if kind == labelled => return 0.0,
+            Some(_) => return f64::INFINITY,
+            None => {}
+        }
+        let triple = self.verdict.evidence.map(|evidence| evidence.opinion);
+        let run = self.run.map(|run| run.opinion);
+        let opinions = [triple, self.wide, run];
+        let doubts = opinions.iter().flatten().map(|opinion| {
+            let chi2 = match labelled {
+                Kind::Line => opinion.chi2_line,
+                Kind::Point => opinion.chi2_point,
+            };
+            Gate::let_through(chi2, opinion.readings.saturating_sub(2))
+        });
+        doubts.fold(0.0, f64::max)
+    }
+}
+
 /// What one entry brought about.
 #[derive(Debug, Default)]
 pub struct Progress {
