@@ -119,8 +119,8 @@ pub struct Triple {
     pub bend_tolerance: f64,
 }
 
-/// How precise a reading is taken to be where its message gives no variance:
-/// `sigma^2 = sigma_abs^2 + (sigma_rel r)^2`.
+/// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
+/// gives no variance, and on top of either what the pose adds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Noise {
@@ -128,6 +128,8 @@ pub struct Noise {
     pub sigma_abs: f64,
     /// Fraction of the range.
     pub sigma_rel: f64,
+    /// What the sensor's place from reading to reading is off by, metres: odometry and the clock.
+    pub sigma_pose: f64,
 }
 
 /// When readings support a line or a point.
@@ -271,6 +273,7 @@ impl Default for Noise {
         Self {
             sigma_abs: 0.01,
             sigma_rel: 0.0,
+            sigma_pose: 0.0,
         }
     }
 }
@@ -336,13 +339,15 @@ impl Config {
 }
 
 impl Noise {
-    /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's.
+    /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's;
+    /// and the pose's.
     pub fn variance(&self, range: f64, reported: f64) -> f64 {
-        if reported > 0.0 && reported.is_finite() {
+        let measured = if reported > 0.0 && reported.is_finite() {
             reported
         } else {
             let relative = self.sigma_rel * range;
             self.sigma_abs * self.sigma_abs + relative * relative
-        }
+        };
+        measured + self.sigma_pose * self.sigma_pose
     }
 }

@@ -177,6 +177,12 @@ pub const KEYS: &[Key] = &[
         "fraction of the range, added in squares",
     ),
     key(
+        "noise.sigma_pose",
+        Plain,
+        AtLeast(0.0),
+        "m; how far odometry and clock put a sensor off from reading to reading",
+    ),
+    key(
         "opinion.gate",
         Plain,
         Above(0.0),
