@@ -80,30 +80,34 @@ impl Map {
     }
 
     /// The end of the log: a feature of a single run stays tentative if another one with more
-    /// support explains all its readings. Returns what changed.
+    /// support looks like it or explains all its readings. Returns what changed.
     pub fn settle(&mut self) -> Vec<MapFeature> {
-        let confirmed = |f: &MapFeature| f.status == Status::Confirmed;
-        let explained: Vec<u32> = self
-            .lone
+        let doubtful = |lone: &MapFeature, arcs: &[Arc]| {
+            let stronger = |f: &&MapFeature| {
+                f.status == Status::Confirmed && f.runs > 1 && f.readings > lone.readings
+            };
+            self.features.iter().filter(stronger).any(|other| {
+                alike(other, lone, self.bounds.match_distance)
+                    || explained::explains(&other.shape, arcs)
+            })
+        };
+        let confirmed = self
+            .features
             .iter()
-            .filter(|(id, arcs)| {
-                let others = self
-                    .features
-                    .iter()
-                    .filter(|f| confirmed(f) && f.id != **id);
-                let stronger = |f: &&MapFeature| f.runs > 1 && f.readings as usize > arcs.len();
-                let mut stronger = others.filter(stronger);
-                stronger.any(|other| explained::explains(&other.shape, arcs))
+            .filter(|f| f.status == Status::Confirmed);
+        let settled: Vec<MapFeature> = confirmed
+            .filter(|f| self.lone.get(&f.id).is_some_and(|arcs| doubtful(f, arcs)))
+            .map(|feature| MapFeature {
+                status: Status::Tentative,
+                ..*feature
             })
-            .map(|(id, _)| *id)
             .collect();
-        let lone = self.features.iter_mut();
-        lone.filter(|f| confirmed(f) && explained.contains(&f.id))
-            .map(|feature| {
-                feature.status = Status::Tentative;
-                *feature
-            })
-            .collect()
+        for changed in &settled {
+            if let Some(feature) = self.features.iter_mut().find(|f| f.id == changed.id) {
+                *feature = *changed;
+            }
+        }
+        settled
     }
 
     fn merge(&mut self, known: MapFeature, shape: Shape, readings: u32) -> Fused {
@@ -187,11 +191,6 @@ impl Map {
 /// points within `match_distance`. The gates of (24) and (25), a standard deviation wide, leave
 /// such duplicates.
 pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
-    let alike = |a: &MapFeature, b: &MapFeature| match (&a.shape, &b.shape) {
-        (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
-        (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
-        _ => false,
-    };
     features
         .iter()
         .enumerate()
@@ -199,9 +198,17 @@ pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
             features
                 .iter()
                 .take(*place)
-                .any(|other| alike(other, feature))
+                .any(|other| alike(other, feature, match_distance))
         })
         .count()
+}
+
+fn alike(a: &MapFeature, b: &MapFeature, match_distance: f64) -> bool {
+    match (&a.shape, &b.shape) {
+        (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
+        (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
+        _ => false,
+    }
 }
 
 fn coincide(a: &Segment, b: &Segment) -> bool {
