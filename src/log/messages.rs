@@ -139,7 +139,7 @@ pub struct HitsMessage {
 pub type Read = fn(&Value) -> Result<Content, FieldError>;
 
 /// Every type that is read, under its ROS 1 or Foxglove name.
-const TYPES: &[(&str, Role, Read)] = &[
+pub const TYPES: &[(&str, Role, Read)] = &[
     ("sensor_msgs/Range", Role::Range, ranges::range),
     ("sensor_msgs/LaserScan", Role::Range, ranges::laser_scan),
     ("foxglove.LaserScan", Role::Range, ranges::foxglove_scan),
