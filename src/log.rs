@@ -4,6 +4,7 @@
 //! [`Events`]. A new encoding is a decoder in [`decoder`], a new message type a function in
 //! [`messages`].
 
+mod budget;
 pub mod channels;
 pub mod clock;
 pub mod container;
@@ -22,6 +23,7 @@ mod rings;
 mod ros1;
 mod ros2;
 mod sonars;
+mod stamps;
 mod standard;
 pub mod survey;
 mod transforms;
@@ -33,9 +35,11 @@ use std::path::{Path, PathBuf};
 use crate::config::Config;
 use crate::config::file::ConfigError;
 use crate::event::Events;
+use budget::Budget;
 use channels::{ChannelReport, Channels};
-use container::{Loss, OpenError};
+use container::{Loss, OpenError, Unchecked};
 use gather::Gatherer;
+use messages::MOST_SONARS;
 pub use messages::Role;
 
 /// A log as far as it could be read.
@@ -53,6 +57,10 @@ pub struct Log {
     pub losses: Vec<String>,
     /// What a person should know of it.
     pub notes: Vec<String>,
+    /// How the clock of its stamps was set while it was recorded.
+    pub clock_jump: Option<String>,
+    /// What else is odd about its stamps.
+    pub time_notes: Vec<String>,
 }
 
 /// Why a log cannot be replayed.
@@ -75,6 +83,41 @@ pub enum LogError {
     NotMcap {
         /// The file.
         path: PathBuf,
+    },
+    /// Something that has no end to begin with.
+    #[error(
+        "{} is a pipe or a device. A log is read from its end first: write it into a file",
+        path.display()
+    )]
+    NoFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// More than fits into the memory that is allowed.
+    #[error(
+        "{file} has more than {most} readings and odometry samples, as many as are held in memory. Leave \
+         some topics out with --range-topic and --odom-topic, or raise input.max_readings (60 bytes of \
+         memory for each)"
+    )]
+    TooManyReadings {
+        /// The log.
+        file: String,
+        /// The limit.
+        most: u64,
+    },
+    /// More messages than a file of its length has room for, by any honest packing.
+    #[error(
+        "{file} has {bytes} bytes and more than {most} messages of sonars, odometry and transforms: no \
+         recording packs so tightly. If it is right all the same, raise input.max_readings to the number of \
+         its readings"
+    )]
+    TooDense {
+        /// The log.
+        file: String,
+        /// Bytes of the file.
+        bytes: u64,
+        /// The limit.
+        most: u64,
     },
     /// Nothing that measures ranges.
     #[error("{file} has no range readings{}. {} Messages of other types can be described by field paths, under \
@@ -132,10 +175,7 @@ pub enum LogError {
         carriers: Vec<String>,
     },
     /// More sonars than can be told apart.
-    #[error(
-        "{file} has more than {} sonars; choose topics with --range-topic",
-        u16::MAX
-    )]
+    #[error("{file} has more than {MOST_SONARS} sonars; choose topics with --range-topic")]
     TooManySonars {
         /// The log.
         file: String,
@@ -143,6 +183,14 @@ pub enum LogError {
     /// The configuration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A log of which nothing is left.
+    #[error("nothing of {file} can be used: it is damaged. Lost:{}", itemised(.losses))]
+    Unreadable {
+        /// The log.
+        file: String,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
     /// A damaged log, of which too little is left.
     #[error("{source}\nThe log is damaged. Lost:{}", itemised(.losses))]
     Damaged {
@@ -153,9 +201,20 @@ pub enum LogError {
     },
 }
 
-/// A line for every item.
+/// A line for every item, as far as anyone reads them.
 pub fn itemised(items: &[String]) -> String {
-    items.iter().map(|item| format!("\n  - {item}")).collect()
+    const SHOWN: usize = 10;
+    let mut text: String = items
+        .iter()
+        .take(SHOWN)
+        .map(|item| format!("\n  - {item}"))
+        .collect();
+    if let more @ 1.. = items.len().saturating_sub(SHOWN) {
+        text.push_str(&format!(
+            "\n  - and {more} more; `tmam info --json` lists all of them"
+        ));
+    }
+    text
 }
 
 /// A sonar whose place on the robot is unknown.
@@ -187,6 +246,7 @@ impl LogError {
         match error {
             OpenError::Io(source) => Self::Io { path, source },
             OpenError::NotMcap => Self::NotMcap { path },
+            OpenError::NoFile => Self::NoFile { path },
         }
     }
 }
@@ -230,16 +290,21 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
     let file = file_name(path);
     let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::default();
-    let losses = container::walk(path, &mut |channel, message| {
-        if let Some((role, content)) = channels.read(channel, message) {
+    let mut budget = Budget::new(config, length(path));
+    let losses = container::walk(path, unchecked(config), &mut |channel, message| {
+        if let Some((role, content)) = channels.read(channel, message, &mut budget) {
             gatherer.take(role, &channel.topic, message.log_time, content);
         }
     })
     .map_err(|error| LogError::open(path, error))?;
+    budget.check(&file)?;
     let lost: Vec<String> = losses.iter().map(ToString::to_string).collect();
     gatherer
         .finish(file, config, channels.into_reports(), losses)
         .map_err(|error| match error {
+            LogError::NoRanges { file, found, .. } if found.is_empty() && !lost.is_empty() => {
+                LogError::Unreadable { file, losses: lost }
+            }
             // What is missing may be what was lost.
             error if !lost.is_empty() => LogError::Damaged {
                 source: Box::new(error),
@@ -247,6 +312,19 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
             },
             error => error,
         })
+}
+
+/// Bytes of a file; 0 where it cannot be told, which opening it will say.
+fn length(path: &Path) -> u64 {
+    std::fs::metadata(path).map_or(0, |metadata| metadata.len())
+}
+
+fn unchecked(config: &Config) -> Unchecked {
+    if config.input.trust_unchecked {
+        Unchecked::Used
+    } else {
+        Unchecked::LeftOut
+    }
 }
 
 fn file_name(path: &Path) -> String {

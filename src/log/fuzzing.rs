@@ -8,7 +8,7 @@ use std::io::Cursor;
 
 use std::rc::Rc;
 
-use super::container::{self, Channel, Schema};
+use super::container::{self, Channel, Schema, Unchecked};
 use super::decoder::Decoder;
 use super::value::Value;
 use super::{custom, description, json as json_text, messages};
@@ -30,13 +30,15 @@ pub const TARGETS: [(&str, Target); 7] = [
 
 /// A whole file.
 pub fn container(file: &[u8]) {
-    let mut taken = 0_u64;
-    let losses = container::walk_in(Cursor::new(file), &mut |_, message| {
-        taken = taken.wrapping_add(message.log_time ^ message.data.len() as u64);
-    });
-    for loss in losses.into_iter().flatten() {
-        assert!(loss.offset <= file.len() as u64, "{loss:?}");
-        assert!(!loss.to_string().is_empty(), "{loss:?}");
+    for unchecked in [Unchecked::LeftOut, Unchecked::Used] {
+        let mut taken = 0_u64;
+        let losses = container::walk_in(Cursor::new(file), unchecked, &mut |_, message| {
+            taken = taken.wrapping_add(message.log_time ^ message.data.len() as u64);
+        });
+        for loss in losses.into_iter().flatten() {
+            assert!(loss.offset <= file.len() as u64, "{loss:?}");
+            assert!(!loss.to_string().is_empty(), "{loss:?}");
+        }
     }
 }
 
