@@ -4,6 +4,7 @@
 //! rest put together all the same. So the placeholders are exactly what a configuration has to
 //! give, and it is known that a replay can begin with them.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::budget::Budget;
@@ -83,12 +84,11 @@ fn stamp(content: &Content) -> Option<i64> {
 /// Channels with one report where several publishers fill one topic.
 fn together(reports: Vec<ChannelReport>) -> Vec<ChannelReport> {
     let mut channels: Vec<ChannelReport> = Vec::with_capacity(reports.len());
+    let mut places: BTreeMap<[String; 3], usize> = BTreeMap::new();
     for report in reports {
-        let known = channels.iter_mut().find(|known| {
-            (&known.topic, &known.type_name, &known.encoding)
-                == (&report.topic, &report.type_name, &report.encoding)
-        });
-        match known {
+        let names = [&report.topic, &report.type_name, &report.encoding].map(Clone::clone);
+        let place = *places.entry(names).or_insert(channels.len());
+        match channels.get_mut(place) {
             Some(known) => {
                 known.messages += report.messages;
                 known.undecoded += report.undecoded;
