@@ -55,7 +55,7 @@ pub struct Config {
 }
 
 /// What is read from the log.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Input {
     /// Globs over the topics that carry ranges. Empty: every topic with a range type.
@@ -77,6 +77,11 @@ pub struct Input {
     pub robot_frame: Option<String>,
     /// Leave out readings that merely repeat a sonar's last value while the robot moved.
     pub drop_repeats: bool,
+    /// Use messages that only the data section's checksum covers where that does not agree: any of
+    /// them may be damaged.
+    pub trust_unchecked: bool,
+    /// Most readings and odometry samples that are held in memory.
+    pub max_readings: u64,
 }
 
 /// How readings are grouped into frames.
@@ -285,6 +290,22 @@ impl Default for Opinion {
             gate: 6.63,
             decisive: 13.0,
             max_half_width: 10,
+        }
+    }
+}
+
+impl Default for Input {
+    fn default() -> Self {
+        Self {
+            range_topics: Vec::new(),
+            odometry_topics: Vec::new(),
+            sonars: Vec::new(),
+            start: None,
+            end: None,
+            robot_frame: None,
+            drop_repeats: false,
+            trust_unchecked: false,
+            max_readings: 2_000_000,
         }
     }
 }

@@ -99,6 +99,18 @@ pub const KEYS: &[Key] = &[
         "leave out readings that repeat the last one while driving",
     ),
     key(
+        "input.trust_unchecked",
+        Plain,
+        Any,
+        "use messages of a damaged log that no checksum vouches for",
+    ),
+    key(
+        "input.max_readings",
+        Plain,
+        AtLeast(1.0),
+        "readings and odometry samples held, 60 bytes each",
+    ),
+    key(
         "frames.step",
         Plain,
         AtLeast(0.0),
