@@ -58,6 +58,17 @@ pub fn compare(shape: &Shape, reflector: Reflector, world: &World) -> Option<Com
     }
 }
 
+/// The place of a wall's line that is nearest to `place`, or the point itself.
+pub fn nearest_truth(place: Vec2, reflector: Reflector, world: &World) -> Option<Vec2> {
+    match reflector {
+        Reflector::Line(index) => {
+            let line = TrueLine::of(world.walls().get(index)?);
+            Some(line.start + line.along * (place - line.start).dot(&line.along))
+        }
+        Reflector::Point(index) => world.points().get(index).copied(),
+    }
+}
+
 /// A wall as the estimator parametrises lines.
 #[derive(Debug, Clone, Copy)]
 pub struct TrueLine {
