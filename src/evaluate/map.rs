@@ -346,3 +346,6 @@ impl ExtractedScore {
         score
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::labels::{ByTarget, LabelScore};
 use super::map::{Errors, ExtractedScore, KindScore, MapScore, Spread};
 use super::suspects::{Gate, SuspectScore};
-use super::truth::{Origin, Truth};
+use super::truth::{AGREEING_SIGMAS, Origin, Truth};
 use super::{Evaluation, share};
 use crate::info::tables::{render, table};
 use crate::observer::Setting;
@@ -40,20 +40,26 @@ fn section(text: &mut String, title: &str, body: &str) {
 fn head(setting: &Setting<'_>, truth: &Truth) -> String {
     let world = truth.world();
     let origin = match truth.origin() {
-        Origin::Log => "what the log says that echoed",
-        Origin::EchoModel => "the echo model at each arc's pose",
+        Origin::Log => "what the log says that echoed".to_owned(),
+        Origin::EchoModel => format!(
+            "the echo model at each arc's pose, within {AGREEING_SIGMAS} sigma or {:.3} m",
+            truth.agreeing_range()
+        ),
+    };
+    let counted = |count: usize, thing: &str| match count {
+        1 => format!("1 {thing}"),
+        n => format!("{n} {thing}s"),
     };
     format!(
-        "{}{}: {}, in a world of {} walls and {} points\n",
+        "{}{} against {origin},\nin a world of {} and {}\n",
         setting.source.file,
         if setting.source.complete {
             ""
         } else {
             " (INCOMPLETE)"
         },
-        origin,
-        world.walls().len(),
-        world.points().len(),
+        counted(world.walls().len(), "wall"),
+        counted(world.points().len(), "point"),
     )
 }
 

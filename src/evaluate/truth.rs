@@ -98,6 +98,12 @@ pub enum TruthError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A tolerance that is none.
+    #[error("--agree is {value} m; it must be 0 or more")]
+    Agreement {
+        /// Metres.
+        value: f64,
+    },
     /// The log says that something echoed which its world does not have.
     #[error(
         "{file} says that {kind} {index} echoed, but its world has {known} of them. Give the world with \
@@ -140,6 +146,11 @@ impl Truth {
         agreeing_range: f64,
     ) -> Result<Self, TruthError> {
         let file = &replay.log().file;
+        if !(agreeing_range >= 0.0 && agreeing_range.is_finite()) {
+            return Err(TruthError::Agreement {
+                value: agreeing_range,
+            });
+        }
         let own = match (recorded.world(), &given) {
             (Ok(world), _) => world,
             (Err(_), Some(_)) => None,
@@ -323,3 +334,6 @@ impl Truth {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests;

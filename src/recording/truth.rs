@@ -342,3 +342,6 @@ fn put_styles<W: Write>(out: &mut RrdWriter<W>) -> Result<(), Error> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;
