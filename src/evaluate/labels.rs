@@ -23,7 +23,7 @@ pub struct Judged {
     pub label: Label,
     /// What it came from.
     pub target: Target,
-    /// Whether its neighbours in the sonar's sequence came from the same.
+    /// Whether its neighbours in the sonar's sequence came from the same wall or point.
     pub one_target: bool,
     /// How strongly the replay itself doubts the label: see [`suspects`](super::suspects).
     pub doubt: f64,
@@ -87,7 +87,8 @@ pub struct Class {
 pub struct Wrong {
     /// The arc and its neighbours came from one target: the noise misled the rule.
     pub one_target: u64,
-    /// They came from different ones: a triple across a change of target.
+    /// They came from different ones, or not from the world: a triple across a change of target,
+    /// or an arc of something unknown.
     pub mixed: u64,
 }
 
@@ -102,6 +103,10 @@ pub struct LabelScore {
     /// Share of wrong ones among the labels given.
     #[serde(serialize_with = "optional")]
     pub wrong_share: Option<f64>,
+    /// The same among those on arcs of a wall or point: what counts where the world is not the
+    /// whole truth.
+    #[serde(serialize_with = "optional")]
+    pub wrong_share_known: Option<f64>,
     /// Arcs labelled contact.
     pub contact: ByTarget,
     /// Arcs labelled intersection.
@@ -144,6 +149,9 @@ impl LabelScore {
         };
         score.coverage = share(score.given(), score.arcs);
         score.wrong_share = share(score.wrong_labels(), score.given());
+        let confused = contact.point + intersection.line;
+        let known = confused + contact.line + intersection.point;
+        score.wrong_share_known = share(confused, known);
         score
     }
 
@@ -233,6 +241,7 @@ mod tests {
         assert_eq!(score.arcs, 20);
         assert_eq!(score.coverage, Some(13.0 / 20.0));
         assert_eq!(score.wrong_share, Some(4.0 / 13.0));
+        assert_eq!(score.wrong_share_known, Some(3.0 / 12.0));
         assert_eq!(score.contact_score.precision, Some(6.0 / 8.0));
         assert_eq!(score.contact_score.recall, Some(6.0 / 12.0));
         assert_eq!(score.intersection_score.precision, Some(3.0 / 5.0));

@@ -87,6 +87,12 @@ impl TrueLine {
         let length = span.norm();
         let along = span / length;
         let normal = Vec2::new(-along.y, along.x);
+        // With rho >= 0, as the map has its lines: a positive error is away from the origin.
+        let normal = if normal.dot(&wall.start) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
         Self {
             rho: normal.dot(&wall.start),
             theta: direction(normal),
@@ -196,8 +202,10 @@ mod tests {
             let found = segment(rho + e, theta + t, way, 1.0);
             let plain = held(found, &world);
             let Error::Line { rho: a, theta: b } = plain.error else { panic!() };
-            prop_assert!((a.abs() - e.abs()).abs() < 1e-9 && (b.abs() - t.abs()).abs() < 1e-9);
-            prop_assert!((a * b - e * t).abs() < 1e-9, "{a} {b}");
+            prop_assert!((a.abs() - e.abs()).abs() < 1e-9 && (b - t).abs() < 1e-9);
+            prop_assert!(rho.abs() < 1e-9 || (a * rho.signum() - e).abs() < 1e-9, "{a} {e}");
+            let expected = nees(Vec2::new(e, t), &found.covariance).unwrap();
+            prop_assert!((plain.nees.unwrap() - expected).abs() < 1e-6);
             for (other, world) in [(found.flipped(), &world), (found, &turned), (found.canonical(), &turned)] {
                 let other = held(other, world);
                 prop_assert!((other.nees.unwrap() - plain.nees.unwrap()).abs() < 1e-6);

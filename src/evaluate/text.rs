@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::errors::{Errors, Spread};
+use super::extracted::ExtractedScore;
 use super::labels::{ByTarget, LabelScore};
-use super::map::{Errors, ExtractedScore, KindScore, MapScore, Spread};
+use super::map::{KindScore, MapScore};
 use super::suspects::{Gate, SuspectScore};
 use super::truth::{AGREEING_SIGMAS, Origin, Truth};
 use super::{Evaluation, share};
@@ -90,13 +92,14 @@ fn labels(score: &LabelScore) -> String {
     let mut text = render(&rows);
     let _ = writeln!(
         text,
-        "  {} of {} arcs labelled ({} %), {} labels wrong ({} %): {} where three readings saw one\n  \
-         target, {} where they saw different ones",
+        "  {} of {} arcs labelled ({} %), {} labels wrong ({} %; {} % of those on a wall or point)\n  \
+         wrong: {} where three readings saw one target, {} where they saw different or unknown ones",
         score.given(),
         score.arcs,
         percent(score.coverage),
         score.wrong_labels(),
         percent(score.wrong_share),
+        percent(score.wrong_share_known),
         score.wrong.one_target,
         score.wrong.mixed,
     );
