@@ -20,6 +20,7 @@ mod suspects;
 mod table;
 #[cfg(test)]
 mod tests;
+mod truth;
 mod views;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,10 +45,13 @@ use self::plots::Limits;
 use self::robot::RobotTables;
 use self::suspects::SuspectTables;
 use self::table::{Moment, Timelines, put_static};
+pub use self::truth::Evaluated;
+use self::truth::TruthTables;
 use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError, Setting};
 use crate::tmam::step::Step;
+use crate::world::World;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -94,6 +98,7 @@ pub struct Recording<W: Write> {
     robot: RobotTables,
     log: LogTable,
     suspects: SuspectTables,
+    truth: Option<TruthTables>,
 }
 
 impl<W: Write> Recording<W> {
@@ -102,8 +107,29 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
+        Self::start(out, setting, None)
+    }
+
+    /// Starts a recording of a replay that has been evaluated, with the truth and the errors in it.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn of_evaluated(
+        out: W,
+        setting: Setting<'_>,
+        evaluated: Evaluated<'_>,
+    ) -> Result<Self, Error> {
+        Self::start(out, setting, Some(evaluated))
+    }
+
+    fn start(
+        out: W,
+        setting: Setting<'_>,
+        evaluated: Option<Evaluated<'_>>,
+    ) -> Result<Self, Error> {
         let source = setting.source;
-        let [recording, blueprint] = store_ids(&setting);
+        let world = evaluated.map(|evaluated| evaluated.truth.world());
+        let [recording, blueprint] = store_ids(&setting, world);
         let mut out = RrdWriter::new(out, recording, blueprint, source.start_ns)?;
         let limits = Limits {
             gamma: setting.config.triple.gamma,
@@ -129,6 +155,9 @@ impl<W: Write> Recording<W> {
         suspects::put_styles(&mut out)?;
         closed::put_styles(&mut out)?;
         robot::put_styles(setting.sonars, &mut out)?;
+        let truth = evaluated
+            .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
+            .transpose()?;
         Ok(Self {
             out: Some(out),
             done: None,
@@ -148,6 +177,7 @@ impl<W: Write> Recording<W> {
             robot: RobotTables::new(),
             log: LogTable::new(setting.sonars),
             suspects: SuspectTables::new(setting.sonars),
+            truth,
         })
     }
 
@@ -180,7 +210,8 @@ impl<W: Write> Recording<W> {
             .push(at, frame.world_from_robot, self.lines, out)?;
         self.hold.push(Held::new(at, frame, step));
         self.suspects.pass(at);
-        self.digest(at, step)
+        self.digest(at, step)?;
+        self.judge(at, step)
     }
 
     /// What a step decided, whether a frame came with it or not.
@@ -202,6 +233,14 @@ impl<W: Write> Recording<W> {
         self.log.push(at, &step.extractions, self.lines, out)?;
         self.suspects.note(&step.judgements);
         self.map.update(at, step, self.lines, out)
+    }
+
+    /// What is wrong in a frame.
+    fn judge(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
+        match (&mut self.truth, self.out.as_mut()) {
+            (Some(truth), Some(out)) => truth.push(at, &step.arcs, &mut self.log, self.lines, out),
+            _ => Ok(()),
+        }
     }
 
     fn end(&mut self, step: &Step) -> Result<(), Error> {
@@ -236,6 +275,9 @@ impl<W: Write> Recording<W> {
             self.log
                 .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
         }
+        if let Some(truth) = &mut self.truth {
+            truth.finish(last, lines, out_ref)?;
+        }
         self.decided.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
         self.map.flush(lines, out_ref)?;
@@ -255,6 +297,7 @@ impl<W: Write> Recording<W> {
             beam_width: self.beam_width,
             gate: self.limits.gate,
             stamp: lines.stamp,
+            evaluated: self.truth.is_some(),
         };
         blueprint::put(&layout, out_ref)?;
         self.done = Some(out.finish()?);
@@ -299,10 +342,14 @@ const MAX_STEM: usize = 100;
 /// Names for the recording and its blueprint that follow from log and configuration.
 ///
 /// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
-/// so each log is its own application. Two configurations over one log are two recordings of it.
-fn store_ids(setting: &Setting<'_>) -> [StoreId; 2] {
+/// so each log is its own application. Two configurations over one log are two recordings of it, and
+/// so is one held against a world.
+fn store_ids(setting: &Setting<'_>, world: Option<&World>) -> [StoreId; 2] {
     let source = setting.source;
-    let content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    let mut content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    if let Some(world) = world {
+        content.push_str(&serde_json::to_string(world).unwrap_or_default());
+    }
     // Other characters are not allowed in an application's name.
     let stem = source
         .file

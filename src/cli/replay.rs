@@ -78,6 +78,7 @@ impl Args {
             features: self.features,
             trace: self.trace,
             no_recording: self.no_recording,
+            ..Requested::default()
         };
         let mut outputs = requested.open(&self.log)?;
 

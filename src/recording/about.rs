@@ -74,7 +74,7 @@ const HOW_TO_READ: &str = "\
 | white | walls of the map so far |
 | pale yellow | points of the map so far |
 | grey, in the map | features that too little speaks for (noise-aware rule): tentative |
-| magenta, wide | suspects: arcs whose label is contradicted; select one to see by what |
+| lime, wide | suspects: arcs whose label is contradicted; select one to see by what |
 | violet | three standard deviations of map features, at true scale: thin where the map is sure |
 | red | a feature that was extracted and rejected |
 | green | the robot, its heading and its way so far |

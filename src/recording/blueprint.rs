@@ -40,6 +40,8 @@ pub struct Layout {
     pub gate: f64,
     /// The name of the stamp timeline.
     pub stamp: Timeline,
+    /// Whether it holds an evaluation.
+    pub evaluated: bool,
 }
 
 /// Ids of the containers and views, the same in every recording.
@@ -62,6 +64,7 @@ pub enum Id {
     Point,
     Chi2Line,
     Chi2Point,
+    Evaluation,
 }
 
 impl Id {
@@ -194,7 +197,17 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     views::labels(&mut w, layout)?;
     views::events(&mut w, layout)?;
 
-    w.container(Id::Scene, ContainerKind::Tabs, &[Id::Map, Id::About], &[])?;
+    let mut tabs = vec![Id::Map, Id::About];
+    if layout.evaluated {
+        w.view(
+            Id::Evaluation,
+            "TextDocument",
+            "Evaluation",
+            &["+ /evaluation"],
+        )?;
+        tabs.insert(1, Id::Evaluation);
+    }
+    w.container(Id::Scene, ContainerKind::Tabs, &tabs, &[])?;
     w.container(
         Id::Left,
         ContainerKind::Vertical,
