@@ -1,6 +1,8 @@
 //! The command line: one file per subcommand, none with logic of its own.
 
+mod check;
 mod config;
+mod diff;
 mod info;
 mod parameters;
 mod replay;
@@ -25,6 +27,8 @@ pub struct Cli {
 enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
+    Check(Box<check::Args>),
+    Diff(Box<diff::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -38,6 +42,8 @@ impl Cli {
         match self.command {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),
+            Command::Check(args) => args.run(),
+            Command::Diff(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

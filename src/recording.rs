@@ -13,6 +13,7 @@ mod extent;
 mod hold;
 mod log;
 mod map;
+mod overlay;
 mod plots;
 mod robot;
 mod style;
@@ -39,6 +40,8 @@ use self::extent::Extent;
 use self::hold::{Held, Hold};
 use self::log::LogTable;
 use self::map::MapTables;
+use self::overlay::OverlayTable;
+pub use self::overlay::{Overlay, Sketched};
 use self::robot::RobotTables;
 use self::table::{Moment, Timelines, put_static};
 use crate::event::{Sonar, SonarId};
@@ -90,6 +93,8 @@ pub struct Recording<W: Write> {
     map: MapTables,
     robot: RobotTables,
     log: LogTable,
+    overlay: Overlay,
+    marks: OverlayTable,
 }
 
 impl<W: Write> Recording<W> {
@@ -98,6 +103,14 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
+        Self::overlaid(out, setting, Overlay::default())
+    }
+
+    /// Starts a recording with something drawn over it.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn overlaid(out: W, setting: Setting<'_>, overlay: Overlay) -> Result<Self, Error> {
         let source = setting.source;
         let [recording, blueprint] = store_ids(&setting);
         let mut out = RrdWriter::new(out, recording, blueprint, source.start_ns)?;
@@ -109,7 +122,7 @@ impl<W: Write> Recording<W> {
                 .with_start_time(source.start_ns),
             &mut out,
         )?;
-        put_static("/about", &about::page(&setting), &mut out)?;
+        put_static("/about", &about::page(&setting, &overlay.about), &mut out)?;
         // A 2D view has y down: turn the world over.
         put_static(
             "/world",
@@ -121,10 +134,15 @@ impl<W: Write> Recording<W> {
         plots::put_styles(setting.sonars, gamma, &mut out)?;
         closed::put_styles(&mut out)?;
         robot::put_styles(setting.sonars, &mut out)?;
+        let lines = Timelines::new(source.start_ns);
+        if overlay != Overlay::default() {
+            overlay.put(&mut out)?;
+            overlay.note(setting.sonars, lines, &mut out)?;
+        }
         Ok(Self {
             out: Some(out),
             done: None,
-            lines: Timelines::new(source.start_ns),
+            lines,
             sonars: setting.sonars.to_vec(),
             gamma,
             beam_width: gamma,
@@ -139,6 +157,8 @@ impl<W: Write> Recording<W> {
             map: MapTables::new(),
             robot: RobotTables::new(),
             log: LogTable::new(setting.sonars),
+            overlay,
+            marks: OverlayTable::new(),
         })
     }
 
@@ -167,9 +187,11 @@ impl<W: Write> Recording<W> {
             self.extent.echo(arc);
             self.beam_width = self.beam_width.max(arc.beam_width);
         }
-        self.robot
-            .push(at, frame.world_from_robot, self.lines, out)?;
-        self.hold.push(Held::new(at, frame, step));
+        if self.overlay.shows(frame.index) {
+            self.robot
+                .push(at, frame.world_from_robot, self.lines, out)?;
+            self.hold.push(Held::new(at, frame, step));
+        }
         self.digest(at, step)
     }
 
@@ -187,6 +209,8 @@ impl<W: Write> Recording<W> {
         }
         while let Some(ready) = self.hold.pop() {
             self.decided.write(&ready, &self.sonars, self.lines, out)?;
+            self.marks
+                .push(&ready, &self.overlay, &self.sonars, self.lines, out)?;
         }
         self.closed.note(step);
         self.log.push(at, &step.extractions, self.lines, out)?;
@@ -213,6 +237,8 @@ impl<W: Write> Recording<W> {
         let (lines, out_ref) = (self.lines, &mut out);
         while let Some(ready) = self.hold.drain() {
             self.decided.write(&ready, &self.sonars, lines, out_ref)?;
+            self.marks
+                .push(&ready, &self.overlay, &self.sonars, lines, out_ref)?;
         }
         if let Some((first, last)) = self.span {
             self.closed.push(last, lines, out_ref)?;
@@ -230,6 +256,7 @@ impl<W: Write> Recording<W> {
                 .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
         }
         self.decided.flush(lines, out_ref)?;
+        self.marks.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
         self.map.flush(lines, out_ref)?;
         self.robot.flush(lines, out_ref)?;
@@ -245,6 +272,7 @@ impl<W: Write> Recording<W> {
             sonars: self.sonars.len(),
             beam_width: self.beam_width,
             stamp: lines.stamp,
+            first: self.overlay.first_frame,
         };
         blueprint::put(&layout, out_ref)?;
         self.done = Some(out.finish()?);

@@ -27,6 +27,13 @@ pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
 /// A bound that a value is held against.
 pub const BOUND: Color = rgb(0xff, 0x4d, 0x5e);
 
+/// A feature of a golden file.
+pub const GOLDEN: Color = rgb(0x2c, 0x6a, 0x63);
+/// A feature of a golden file that moved or is missing.
+pub const BEFORE: Color = rgb(0x2e, 0xe6, 0xcf);
+/// What is now otherwise than in a golden file.
+pub const NOW: Color = rgb(0xff, 0x4d, 0xe1);
+
 const fn rgb(r: u8, g: u8, b: u8) -> Color {
     Color(Rgba32::from_rgb(r, g, b))
 }
@@ -41,11 +48,14 @@ pub mod order {
     pub const BEAM: f32 = 1.0;
     pub const TRAJECTORY: f32 = 2.0;
     pub const COVARIANCE: f32 = 3.0;
+    pub const GOLDEN: f32 = 3.5;
     pub const WALL: f32 = 4.0;
     pub const CORNER: f32 = 5.0;
     pub const ASSOCIATED: f32 = 6.0;
     pub const ARC: f32 = 7.0;
     pub const FEATURE: f32 = 8.0;
+    pub const BEFORE: f32 = 8.3;
+    pub const NOW: f32 = 8.6;
     pub const TOUCH: f32 = 9.0;
     pub const ROBOT: f32 = 10.0;
 }
