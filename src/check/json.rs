@@ -88,8 +88,8 @@ fn change(change: &Change) -> Json {
             tolerance,
         } => (
             "m",
-            (*golden).into(),
-            (*actual).into(),
+            rounded(*golden).into(),
+            rounded(*actual).into(),
             rounded(*delta).into(),
             (*tolerance).into(),
         ),
@@ -100,8 +100,8 @@ fn change(change: &Change) -> Json {
             tolerance,
         } => (
             "rad",
-            (*golden).into(),
-            (*actual).into(),
+            rounded(*golden).into(),
+            rounded(*actual).into(),
             rounded(*delta).into(),
             (*tolerance).into(),
         ),
@@ -112,8 +112,8 @@ fn change(change: &Change) -> Json {
             tolerance,
         } => (
             "relative",
-            (*golden).into(),
-            (*actual).into(),
+            rounded(*golden).into(),
+            rounded(*actual).into(),
             rounded(*delta).into(),
             (*tolerance).into(),
         ),

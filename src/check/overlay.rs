@@ -122,7 +122,7 @@ fn windows(comparison: &Comparison, around: u32) -> Vec<[u32; 2]> {
     let mut windows: Vec<[u32; 2]> = clear
         .chain(near)
         // A wall that was seen all along is shown where it begins and where it ends.
-        .flat_map(|[first, last]| [first, last])
+        .flatten()
         .map(|frame| [frame.saturating_sub(around), frame.saturating_add(around)])
         .collect();
     windows.sort_unstable();

@@ -128,7 +128,8 @@ fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Cha
         Some(Geometry::Line { .. }) => ["sigma rho", "sigma theta"],
         _ => ["sigma x", "sigma y"],
     };
-    if let (Some(golden), Some(actual)) = (golden.sigma, actual.sigma) {
+    // Of a feature that moved, nobody wants to read that its covariance moved, too.
+    if let (true, Some(golden), Some(actual)) = (changes.is_empty(), golden.sigma, actual.sigma) {
         for ((what, g), a) in names.into_iter().zip(golden).zip(actual) {
             changes.extend(deviation(what, g, a, tolerance.sigma));
         }

@@ -5,9 +5,6 @@ use std::collections::BTreeMap;
 use crate::geometry::{Vec2, direction, unit, wrap_angle};
 use crate::tmam::feature::Kind;
 
-/// The largest angle of six decimals that is not beyond pi.
-const LARGEST_ANGLE: f64 = 3.141_592;
-
 /// What a replay, or anything else that finds lines and points, came to.
 ///
 /// Numbers are rounded to a micrometre and a microradian, on both sides of a comparison alike.
@@ -195,7 +192,7 @@ impl Feature {
         };
         let geometry = Geometry::Line {
             rho: micro(rho),
-            theta: micro(wrap_angle(theta)).min(LARGEST_ANGLE),
+            theta: micro(wrap_angle(micro(wrap_angle(theta)))),
             mid: mid.map(micro),
             half_length: micro(half_length),
         };

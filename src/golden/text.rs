@@ -138,7 +138,7 @@ fn change(change: &Change) -> String {
         } => format!(
             "{what} {golden:.6} -> {actual:.6} ({:+.0} %, tolerance {} %)",
             delta * 100.0,
-            decimals(tolerance * 100.0)
+            (tolerance * 1e4).round() / 100.0
         ),
         Value::Count {
             golden,

@@ -99,7 +99,7 @@ impl Overlay {
                 .with_labels(of(true).map(name))
                 .with_show_labels(names)
                 .with_colors([color])
-                .with_radii([ui(width + 3.0)])
+                .with_radii([ui(width + 2.0)])
                 .with_draw_order(above);
             put_static(format!("{path}/points"), &points, out)?;
         }
