@@ -1,110 +1,153 @@
 //! JUnit XML: a suite per log, a case per kind of check.
+//!
+//! Written so that it is valid both by the schema of Ant's reports, which wants every attribute and
+//! element there is, and by the one of Jenkins, which allows few more.
 
-use quick_junit::{NonSuccessKind, Report as XmlReport, TestCase, TestCaseStatus, TestSuite};
+use std::io;
+
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesText, Event};
 
 use super::text::sections;
 use super::{Report, Verdict};
 
-/// The kinds of check, and how the differences of each begin.
-const CASES: [(&str, &str); 4] = [
-    ("log", "log"),
-    ("map", "map"),
-    ("extracted features", "extracted features"),
-    ("labels", "labels"),
-];
+/// A case: what was checked, and what came of it.
+struct Case {
+    name: &'static str,
+    outcome: Outcome,
+}
+
+enum Outcome {
+    Passed,
+    /// What differs, a line each.
+    Failed(Vec<String>),
+    /// What kept it from being judged, in a word and in full.
+    Error(&'static str, String),
+}
 
 /// The report as JUnit XML.
 ///
 /// # Errors
 /// When it cannot be XML.
-pub fn junit(reports: &[Report], strict: bool) -> Result<String, quick_junit::SerializeError> {
-    let mut xml = XmlReport::new("tmam check");
-    for report in reports {
-        let mut suite = TestSuite::new(report.log.display().to_string());
-        for case in cases(report, strict) {
-            suite.add_test_case(case);
-        }
-        xml.add_test_suite(suite);
-    }
-    if reports.is_empty() {
-        let mut suite = TestSuite::new("tmam check");
-        suite.add_test_case(failed(
-            "suite",
-            NonSuccessKind::Error,
-            "nothing to judge",
-            "no log was checked",
-            "",
-        ));
-        xml.add_test_suite(suite);
-    }
-    xml.to_string()
-}
-
-fn cases(report: &Report, strict: bool) -> Vec<TestCase> {
-    let class = report.log.display().to_string();
-    if let Some(reason) = report.verdict.reason() {
-        let name = report.verdict.name();
-        return vec![failed(
-            "replay",
-            NonSuccessKind::Error,
-            name,
-            reason,
-            &class,
-        )];
-    }
-    let Some(found) = &report.found else {
-        return vec![passed("golden file", &class)];
-    };
-    if report.verdict == Verdict::Blessed {
-        return vec![passed("golden file", &class)];
-    }
-    let sections = sections(found, report.recording.as_deref(), strict);
-    let lines = |head: &str| -> Vec<String> {
-        let of = sections.iter().filter(|(name, _)| name.starts_with(head));
-        of.flat_map(|(_, lines)| lines.clone()).collect()
-    };
-    let mut cases: Vec<TestCase> = CASES
+pub fn junit(reports: &[Report], strict: bool) -> io::Result<String> {
+    let mut suites: Vec<(String, Vec<Case>)> = reports
         .iter()
-        .map(|(name, head)| case(name, &lines(head), &class))
+        .map(|report| (report.log.display().to_string(), cases(report, strict)))
         .collect();
-    if strict {
-        cases.push(case("borderline labels", &lines("borderline"), &class));
+    if suites.is_empty() {
+        let outcome = Outcome::Error("nothing to judge", "no log was checked".to_owned());
+        let case = Case {
+            name: "suite",
+            outcome,
+        };
+        suites.push(("tmam check".to_owned(), vec![case]));
     }
-    cases
+    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+    xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    xml.create_element("testsuites")
+        .write_inner_content(|xml| {
+            let mut numbered = suites.iter().zip(0_u32..);
+            numbered.try_for_each(|((name, cases), id)| suite(xml, &clean(name), id, cases))
+        })?;
+    let mut text = String::from_utf8_lossy(&xml.into_inner()).into_owned();
+    text.push('\n');
+    Ok(text)
 }
 
-fn case(name: &str, differences: &[String], class: &str) -> TestCase {
-    match differences {
-        [] => passed(name, class),
-        [first, rest @ ..] => {
-            let message = match rest.len() {
-                0 => first.clone(),
-                n => format!("{first}; and {n} more"),
-            };
-            let mut case = failed(name, NonSuccessKind::Failure, "differs", &message, class);
-            if let TestCaseStatus::NonSuccess { description, .. } = &mut case.status {
-                *description = Some(differences.join("\n").as_str().into());
-            }
-            case
+fn suite(xml: &mut Writer<Vec<u8>>, name: &str, id: u32, cases: &[Case]) -> io::Result<()> {
+    let count = |of: fn(&Outcome) -> bool| cases.iter().filter(|case| of(&case.outcome)).count();
+    let failures = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+    let errors = count(|outcome| matches!(outcome, Outcome::Error(..)));
+    let suite = xml.create_element("testsuite").with_attributes([
+        ("name", name),
+        ("package", "tmam"),
+        ("id", id.to_string().as_str()),
+        // The same logs give the same report, so it names neither time nor machine.
+        ("timestamp", "1970-01-01T00:00:00"),
+        ("hostname", "localhost"),
+        ("time", "0"),
+        ("tests", cases.len().to_string().as_str()),
+        ("failures", failures.to_string().as_str()),
+        ("errors", errors.to_string().as_str()),
+        ("skipped", "0"),
+    ]);
+    suite.write_inner_content(|xml| {
+        xml.create_element("properties").write_empty()?;
+        for case in cases {
+            write_case(xml, case, name)?;
         }
-    }
+        xml.create_element("system-out").write_empty()?;
+        xml.create_element("system-err").write_empty()?;
+        Ok(())
+    })?;
+    Ok(())
 }
 
-fn passed(name: &str, class: &str) -> TestCase {
-    let mut case = TestCase::new(name, TestCaseStatus::success());
-    case.set_classname(class);
-    case
+fn write_case(xml: &mut Writer<Vec<u8>>, case: &Case, log: &str) -> io::Result<()> {
+    let element = xml.create_element("testcase").with_attributes([
+        ("name", case.name),
+        ("classname", log),
+        ("time", "0"),
+    ]);
+    let (tag, kind, message, text) = match &case.outcome {
+        Outcome::Passed => return element.write_empty().map(|_| ()),
+        Outcome::Failed(lines) => {
+            let first = lines.first().cloned().unwrap_or_default();
+            let message = match lines.len() {
+                0 | 1 => first,
+                n => format!("{first}; and {} more", n - 1),
+            };
+            ("failure", "differs", message, lines.join("\n"))
+        }
+        Outcome::Error(kind, reason) => ("error", *kind, reason.clone(), reason.clone()),
+    };
+    element.write_inner_content(|xml| {
+        let (message, text) = (clean(&message), clean(&text));
+        let inner = xml
+            .create_element(tag)
+            .with_attributes([("type", kind), ("message", message.as_str())]);
+        inner.write_text_content(BytesText::new(&text))?;
+        Ok(())
+    })?;
+    Ok(())
 }
 
-fn failed(name: &str, kind: NonSuccessKind, what: &str, message: &str, class: &str) -> TestCase {
-    let mut status = TestCaseStatus::non_success(kind);
-    status
-        .set_type(what)
-        .set_message(message)
-        .set_description(message);
-    let mut case = TestCase::new(name, status);
-    if !class.is_empty() {
-        case.set_classname(class);
+/// Without the characters that XML has no way to write.
+fn clean(text: &str) -> String {
+    let fine =
+        |c: char| matches!(c, '\t' | '\n') || (c >= ' ' && !matches!(c, '\u{fffe}' | '\u{ffff}'));
+    text.chars()
+        .map(|c| if fine(c) { c } else { '?' })
+        .collect()
+}
+
+fn cases(report: &Report, strict: bool) -> Vec<Case> {
+    let case = |name, outcome| Case { name, outcome };
+    if let Some(reason) = report.verdict.reason() {
+        let outcome = Outcome::Error(report.verdict.name(), reason.to_owned());
+        return vec![case("replay", outcome)];
     }
-    case
+    let Some(found) = report
+        .found
+        .as_ref()
+        .filter(|_| report.verdict != Verdict::Blessed)
+    else {
+        return vec![case("golden file", Outcome::Passed)];
+    };
+    let sections = sections(found, report.recording.as_deref(), strict);
+    let mut kinds = vec!["log", "map", "extracted features", "labels"];
+    if strict {
+        kinds.push("borderline labels");
+    }
+    let of = |kind: &str| -> Vec<String> {
+        let heads = sections.iter().filter(|(head, _)| head.starts_with(kind));
+        heads.flat_map(|(_, lines)| lines.clone()).collect()
+    };
+    kinds
+        .into_iter()
+        .map(|kind| match of(kind) {
+            lines if lines.is_empty() => case(kind, Outcome::Passed),
+            lines => case(kind, Outcome::Failed(lines)),
+        })
+        .collect()
 }
