@@ -22,6 +22,7 @@ mod difference;
 mod digest;
 mod file;
 mod hold;
+mod label_table;
 mod labels;
 mod layout;
 mod pairing;
@@ -37,7 +38,7 @@ pub use difference::{
     StrayedArc, Value,
 };
 pub use digest::digest;
-pub use file::{Golden, GoldenError, LogInfo, SCHEMA, Tool};
+pub use file::{Golden, GoldenError, LogInfo, SCHEMA, Tool, as_recorded};
 pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
 pub use results::{Feature, Geometry, LabelledArc, Labels, Mark, Results};
 pub use rows::from_features_file;

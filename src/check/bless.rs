@@ -9,7 +9,7 @@ use super::{Found, Report, Verdict};
 use crate::config::Config;
 use crate::config::render::render;
 use crate::error::Error;
-use crate::golden::{Golden, Tolerance, ToleranceError, compare};
+use crate::golden::{Golden, Tolerance, ToleranceError, as_recorded, compare};
 use crate::output::Output;
 
 /// Writes or updates a log's golden file.
@@ -27,6 +27,7 @@ fn try_bless(job: &Job, options: &Options) -> Result<Report, Error> {
     };
     let recorded = old.as_ref().and_then(|old| old.config.clone());
     let config = options.config.clone().or(recorded).unwrap_or_default();
+    let config = as_recorded(&config)?;
     let tolerances =
         tolerances(old.as_ref(), &options.tolerances).map_err(crate::check::CheckError::from)?;
     let replayed = replay(&job.log, &config)?;

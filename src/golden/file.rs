@@ -1,13 +1,12 @@
 //! The golden file: written, read, and refused where it makes no sense.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::coding::{decode_marks, decode_steps, encode_marks, encode_steps};
+use super::label_table::LabelTable;
 use super::layout::render;
-use super::results::{LabelledArc, Labels, Mark, Results};
+use super::results::Results;
 use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::config::Config;
@@ -113,23 +112,6 @@ struct File {
     labels: Option<LabelTable>,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LabelTable {
-    contact: u64,
-    intersection: u64,
-    unidentified: u64,
-    sonars: BTreeMap<String, SonarRow>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SonarRow {
-    labels: String,
-    first_ns: i64,
-    steps_ms: String,
-}
-
 #[derive(Deserialize)]
 struct Head {
     schema: String,
@@ -214,17 +196,43 @@ impl Golden {
         let (back, _) = Self::parse(&bytes, Path::new("the golden file"))
             .map_err(|error| unfit(error.to_string()))?;
         if back.config != self.config {
-            return Err(unfit(
-                "a number in it is not finite, and JSON holds only finite ones; give a finite one"
-                    .to_owned(),
-            ));
+            return Err(unfit(NOT_FINITE.to_owned()));
         }
         Ok(bytes)
     }
 }
 
+/// A configuration as a golden file gives it back.
+///
+/// The reader of JSON may be off by the last bit of a number, so a log is blessed with the numbers
+/// that it will be checked with.
+///
+/// # Errors
+/// A number that JSON cannot hold.
+pub fn as_recorded(config: &Config) -> Result<Config, GoldenError> {
+    /// One in ten numbers is off by a bit, and hardly one of those again.
+    const MOST_ROUNDS: usize = 20;
+    let unfit = |reason: String| GoldenError::Config { reason };
+    let mut config = config.clone();
+    for _ in 0..MOST_ROUNDS {
+        let bytes = render(&config).map_err(|e| unfit(e.to_string()))?;
+        if bytes.windows(5).any(|window| window == b" null") {
+            return Err(unfit(NOT_FINITE.to_owned()));
+        }
+        let back: Config = serde_json::from_slice(&bytes).map_err(|e| unfit(e.to_string()))?;
+        if back == config {
+            return Ok(config);
+        }
+        config = back;
+    }
+    Err(unfit("a number in it has too many digits".to_owned()))
+}
+
+const NOT_FINITE: &str =
+    "a number in it is not finite, and JSON holds only finite ones; give a large one";
+
 /// What a file says that cannot be.
-struct Contradiction(String);
+pub struct Contradiction(pub String);
 
 impl From<ToleranceError> for Contradiction {
     fn from(error: ToleranceError) -> Self {
@@ -256,72 +264,6 @@ impl File {
                 labels,
             },
         })
-    }
-}
-
-impl From<&Labels> for LabelTable {
-    fn from(labels: &Labels) -> Self {
-        let counts = labels.counts();
-        let count = |mark| counts.get(&mark).copied().unwrap_or_default();
-        let rows = labels.sonars.iter().filter_map(|(sonar, arcs)| {
-            let stamps: Vec<i64> = arcs.iter().map(|arc| arc.stamp_ns).collect();
-            let row = SonarRow {
-                labels: encode_marks(arcs.iter().map(|arc| arc.mark)),
-                first_ns: *stamps.first()?,
-                steps_ms: encode_steps(&stamps),
-            };
-            Some((sonar.clone(), row))
-        });
-        Self {
-            contact: count(Mark::Contact),
-            intersection: count(Mark::Intersection),
-            unidentified: count(Mark::Unidentified),
-            sonars: rows.collect(),
-        }
-    }
-}
-
-impl LabelTable {
-    fn open(self) -> Result<Labels, Contradiction> {
-        let mut labels = Labels::default();
-        for (sonar, row) in self.sonars {
-            let wrong = |what: String| Contradiction(format!("labels of sonar `{sonar}`: {what}"));
-            let marks = decode_marks(&row.labels).map_err(wrong)?;
-            let stamps = decode_steps(row.first_ns, &row.steps_ms).map_err(wrong)?;
-            if marks.len() != stamps.len() {
-                return Err(wrong(format!(
-                    "there are {} labels and {} stamps",
-                    marks.len(),
-                    stamps.len()
-                )));
-            }
-            let arcs = marks
-                .into_iter()
-                .zip(stamps)
-                .map(|(mark, stamp_ns)| LabelledArc {
-                    stamp_ns,
-                    mark,
-                    frame: None,
-                    margin: None,
-                    reason: None,
-                });
-            labels.sonars.insert(sonar, arcs.collect());
-        }
-        let counts = labels.counts();
-        for (mark, said) in [
-            (Mark::Contact, self.contact),
-            (Mark::Intersection, self.intersection),
-            (Mark::Unidentified, self.unidentified),
-        ] {
-            let found = counts.get(&mark).copied().unwrap_or_default();
-            if found != said {
-                return Err(Contradiction(format!(
-                    "labels: {said} {} are counted, but the sonars have {found}",
-                    mark.name()
-                )));
-            }
-        }
-        Ok(labels)
     }
 }
 
@@ -357,5 +299,51 @@ fn absent(
             Some(recorded) => absent(recorded, value, &path, missing),
             None => missing.push(path),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::golden::results::Feature;
+
+    #[test]
+    fn any_configuration_is_recorded_to_the_last_bit_that_is_read_back() {
+        for tenths in 1..400 {
+            let mut config = Config::default();
+            config.triple.gamma = (f64::from(tenths) / 10.0).to_radians();
+            let asked = config.triple.gamma;
+            config = as_recorded(&config).unwrap();
+            assert!((config.triple.gamma - asked).abs() <= 2.0 * f64::EPSILON * asked);
+            let results = Results::of_map([Feature::point(1.0, 2.0)]);
+            let golden = Golden::new(None, Some(config), Tolerance::default(), results);
+            let bytes = golden.render().unwrap();
+            let (back, unrecorded) = Golden::parse(&bytes, Path::new("golden")).unwrap();
+            assert_eq!(back, golden);
+            assert!(unrecorded.is_empty());
+        }
+    }
+
+    #[test]
+    fn what_json_cannot_hold_is_refused() {
+        let mut config = Config::default();
+        config.sonar.entry("left".to_owned()).or_default().max_range = Some(f64::INFINITY);
+        assert!(
+            as_recorded(&config)
+                .unwrap_err()
+                .to_string()
+                .contains("not finite")
+        );
+    }
+
+    #[test]
+    fn parameters_that_a_file_does_not_record_are_named() {
+        let results = Results::of_map([Feature::point(1.0, 2.0)]);
+        let golden = Golden::new(None, Some(Config::default()), Tolerance::default(), results);
+        let text = String::from_utf8(golden.render().unwrap()).unwrap();
+        let without = text.replace("      \"alpha\": 0.5,\n", "");
+        assert!(without.len() < text.len());
+        let (_, unrecorded) = Golden::parse(without.as_bytes(), Path::new("golden")).unwrap();
+        assert_eq!(unrecorded, ["triple.alpha"]);
     }
 }

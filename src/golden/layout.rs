@@ -40,13 +40,7 @@ impl Layout {
 
 impl Formatter for Layout {
     fn write_f64<W: ?Sized + Write>(&mut self, out: &mut W, value: f64) -> io::Result<()> {
-        let text = value.to_string();
-        out.write_all(text.as_bytes())?;
-        if text.contains('.') {
-            Ok(())
-        } else {
-            out.write_all(b".0")
-        }
+        out.write_all(decimal(value).as_bytes())
     }
 
     fn begin_array<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
@@ -124,10 +118,19 @@ impl Formatter for Layout {
     }
 }
 
+/// A number without exponent, and with a decimal point.
+fn decimal(value: f64) -> String {
+    let text = value.to_string();
+    if text.contains('.') {
+        text
+    } else {
+        format!("{text}.0")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
     #[test]
     fn features_stand_on_one_line_and_numbers_have_no_exponent() {
         let value = serde_json::json!({

@@ -13,8 +13,8 @@ fn said(bench: &Bench, log: &str) -> (i32, String) {
 #[test]
 fn logs_that_are_not_whole_or_say_nothing_are_not_judged_and_not_blessed() {
     let whole = fs::read(sample("room_drive.mcap")).unwrap();
-    let mut flipped = whole.clone();
-    flipped[whole.len() / 2] ^= 4;
+    let mut zeros = whole.clone();
+    zeros[whole.len() / 2..].fill(0);
     for (what, bytes, code, words) in [
         (
             "cut in half",
@@ -22,7 +22,7 @@ fn logs_that_are_not_whole_or_say_nothing_are_not_judged_and_not_blessed() {
             3,
             "could not be read whole",
         ),
-        ("one bit flipped", flipped, 3, "could not be read whole"),
+        ("half of it zeros", zeros, 3, "could not be read whole"),
         (
             "without its ranges",
             without(&sample("room_drive.mcap"), &["/sonar"]),
