@@ -1,6 +1,8 @@
 //! The command line: one file per subcommand, none with logic of its own.
 
+mod check;
 mod config;
+mod diff;
 mod evaluate;
 mod info;
 mod parameters;
@@ -27,6 +29,8 @@ enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
     Evaluate(Box<evaluate::Args>),
+    Check(Box<check::Args>),
+    Diff(Box<diff::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -41,6 +45,8 @@ impl Cli {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),
             Command::Evaluate(args) => args.run(),
+            Command::Check(args) => args.run(),
+            Command::Diff(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

@@ -10,14 +10,17 @@
 //! events    at a time   features
 //! ```
 
+pub mod check;
 pub mod cli;
 pub mod config;
+pub mod diff;
 pub mod error;
 pub mod evaluate;
 pub mod event;
 pub mod features;
 pub mod frames;
 pub mod geometry;
+pub mod golden;
 pub mod info;
 pub mod log;
 pub mod observer;

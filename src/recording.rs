@@ -13,6 +13,7 @@ mod extent;
 mod hold;
 mod log;
 mod map;
+mod overlay;
 mod plots;
 mod robot;
 mod style;
@@ -41,6 +42,8 @@ use self::extent::Extent;
 use self::hold::{Held, Hold};
 use self::log::LogTable;
 use self::map::MapTables;
+use self::overlay::OverlayTable;
+pub use self::overlay::{Overlay, Sketched};
 use self::plots::Limits;
 use self::robot::RobotTables;
 use self::suspects::SuspectTables;
@@ -99,6 +102,8 @@ pub struct Recording<W: Write> {
     log: LogTable,
     suspects: SuspectTables,
     truth: Option<TruthTables>,
+    overlay: Overlay,
+    marks: OverlayTable,
 }
 
 impl<W: Write> Recording<W> {
@@ -107,7 +112,7 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
-        Self::start(out, setting, None)
+        Self::start(out, setting, Overlay::default(), None)
     }
 
     /// Starts a recording of a replay that has been evaluated, with the truth and the errors in it.
@@ -119,12 +124,21 @@ impl<W: Write> Recording<W> {
         setting: Setting<'_>,
         evaluated: Evaluated<'_>,
     ) -> Result<Self, Error> {
-        Self::start(out, setting, Some(evaluated))
+        Self::start(out, setting, Overlay::default(), Some(evaluated))
+    }
+
+    /// Starts a recording with something drawn over it.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn overlaid(out: W, setting: Setting<'_>, overlay: Overlay) -> Result<Self, Error> {
+        Self::start(out, setting, overlay, None)
     }
 
     fn start(
         out: W,
         setting: Setting<'_>,
+        overlay: Overlay,
         evaluated: Option<Evaluated<'_>>,
     ) -> Result<Self, Error> {
         let source = setting.source;
@@ -142,7 +156,7 @@ impl<W: Write> Recording<W> {
                 .with_start_time(source.start_ns),
             &mut out,
         )?;
-        put_static("/about", &about::page(&setting), &mut out)?;
+        put_static("/about", &about::page(&setting, &overlay.about), &mut out)?;
         // A 2D view has y down: turn the world over.
         put_static(
             "/world",
@@ -158,10 +172,15 @@ impl<W: Write> Recording<W> {
         let truth = evaluated
             .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
             .transpose()?;
+        let lines = Timelines::new(source.start_ns);
+        if overlay != Overlay::default() {
+            overlay.put(&mut out)?;
+            overlay.note(setting.sonars, lines, &mut out)?;
+        }
         Ok(Self {
             out: Some(out),
             done: None,
-            lines: Timelines::new(source.start_ns),
+            lines,
             sonars: setting.sonars.to_vec(),
             limits,
             beam_width: limits.gamma,
@@ -178,6 +197,8 @@ impl<W: Write> Recording<W> {
             log: LogTable::new(setting.sonars),
             suspects: SuspectTables::new(setting.sonars),
             truth,
+            overlay,
+            marks: OverlayTable::new(),
         })
     }
 
@@ -206,10 +227,12 @@ impl<W: Write> Recording<W> {
             self.extent.echo(arc);
             self.beam_width = self.beam_width.max(arc.beam_width);
         }
-        self.robot
-            .push(at, frame.world_from_robot, self.lines, out)?;
-        self.hold.push(Held::new(at, frame, step));
-        self.suspects.pass(at);
+        if self.overlay.shows(frame.index) {
+            self.robot
+                .push(at, frame.world_from_robot, self.lines, out)?;
+            self.hold.push(Held::new(at, frame, step));
+            self.suspects.pass(at);
+        }
         self.digest(at, step)?;
         self.judge(at, step)
     }
@@ -228,6 +251,8 @@ impl<W: Write> Recording<W> {
         }
         while let Some(ready) = self.hold.pop() {
             self.decided.write(&ready, &self.sonars, self.lines, out)?;
+            self.marks
+                .push(&ready, &self.overlay, &self.sonars, self.lines, out)?;
         }
         self.closed.note(step);
         self.log.push(at, &step.extractions, self.lines, out)?;
@@ -258,6 +283,8 @@ impl<W: Write> Recording<W> {
         let (lines, out_ref) = (self.lines, &mut out);
         while let Some(ready) = self.hold.drain() {
             self.decided.write(&ready, &self.sonars, lines, out_ref)?;
+            self.marks
+                .push(&ready, &self.overlay, &self.sonars, lines, out_ref)?;
         }
         if let Some((first, last)) = self.span {
             self.closed.push(last, lines, out_ref)?;
@@ -279,6 +306,7 @@ impl<W: Write> Recording<W> {
             truth.finish(last, lines, out_ref)?;
         }
         self.decided.flush(lines, out_ref)?;
+        self.marks.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
         self.map.flush(lines, out_ref)?;
         self.robot.flush(lines, out_ref)?;
@@ -298,6 +326,7 @@ impl<W: Write> Recording<W> {
             gate: self.limits.gate,
             stamp: lines.stamp,
             evaluated: self.truth.is_some(),
+            first: self.overlay.first_frame,
         };
         blueprint::put(&layout, out_ref)?;
         self.done = Some(out.finish()?);

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::config::file::{ConfigError, check, parse_layers};
+use crate::config::render::render;
 use crate::config::{Config, Rule};
 use crate::error::Error;
 
 /// Parameters of the replay; a flag stands before the configuration file.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Parameters")]
 pub struct Parameters {
     /// Configuration file; `tmam config` prints one with every key
@@ -56,7 +57,7 @@ pub struct Parameters {
     odom_topic: Vec<String>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
 enum RuleName {
     /// The paper's rule, with its errors corrected
     Paper,
@@ -79,6 +80,37 @@ impl Parameters {
             config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
         }
         self.apply(&mut config);
+        check(&config)?;
+        Ok(config)
+    }
+
+    /// The configuration, where there is any flag that makes one.
+    ///
+    /// # Errors
+    /// As [`Parameters::configuration`].
+    pub fn given(&self) -> Result<Option<Config>, Error> {
+        let given = *self != Self::default();
+        given.then(|| self.configuration()).transpose()
+    }
+
+    /// The configuration with another file, and with other values over everything.
+    ///
+    /// # Errors
+    /// As [`Parameters::configuration`].
+    pub fn varied(&self, file: Option<PathBuf>, set: &[String]) -> Result<Config, Error> {
+        let other = Self {
+            config: file.or_else(|| self.config.clone()),
+            ..self.clone()
+        };
+        let config = other.configuration()?;
+        if set.is_empty() {
+            return Ok(config);
+        }
+        let text = render(&config);
+        let layers: Vec<&str> = std::iter::once(text.as_str())
+            .chain(set.iter().map(String::as_str))
+            .collect();
+        let config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
         check(&config)?;
         Ok(config)
     }

@@ -7,8 +7,8 @@ use rerun::TextDocument;
 use crate::config::render::render;
 use crate::observer::Setting;
 
-/// The about page.
-pub fn page(setting: &Setting<'_>) -> TextDocument {
+/// The about page; `overlay` says what is drawn over the run.
+pub fn page(setting: &Setting<'_>, overlay: &str) -> TextDocument {
     let source = setting.source;
     let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
     let mut text = format!(
@@ -37,6 +37,7 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
     for loss in source.lost.iter().take(20) {
         let _ = writeln!(text, "- lost: {loss}");
     }
+    text.push_str(overlay);
     text.push_str(HOW_TO_READ);
     let _ = write!(
         text,
