@@ -44,10 +44,13 @@ fn count(row: &Value) -> u64 {
 #[test]
 fn the_matrix_counts_every_arc_of_the_replay_once() {
     let bench = room("--noise 0.003 --outliers 0.02");
-    let replay = bench.tmam(&bench.path("room.mcap"), "replay {} --features f.json");
+    let replay = bench.tmam(
+        &bench.path("room.mcap"),
+        "replay {} --rule paper --features f.json",
+    );
     assert_eq!(replay.code, 0, "{}", replay.stderr);
     let counts = &bench.json("f.json")["counts"];
-    let scores = evaluation(&bench, "");
+    let scores = evaluation(&bench, "--rule paper");
     assert_eq!(scores["schema"], "tmam.evaluation/1");
     assert_eq!(scores["truth"]["origin"], "log");
     let labels = &scores["labels"];
@@ -86,7 +89,7 @@ fn the_matrix_counts_every_arc_of_the_replay_once() {
 #[test]
 fn without_noise_every_label_is_right_and_the_map_holds_the_room() {
     let bench = room("");
-    let scores = evaluation(&bench, "");
+    let scores = evaluation(&bench, "--rule paper");
     assert_eq!(scores["wrong_labels"], Value::Array(Vec::new()));
     assert_eq!(scores["labels"]["contact"]["precision"], 1.0);
     assert_eq!(scores["labels"]["wrong_share"], 0.0);

@@ -16,16 +16,16 @@ pub struct Parameters {
     /// Configuration file; `tmam config` prints one with every key
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// How arcs are labelled and features fused
+    /// How arcs are labelled and features fused [default: noise-aware]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
-    /// A contact arc has theta_c < ALPHA * theta_i [default: 0.5]
+    /// Paper's rule: a contact arc has theta_c < ALPHA * theta_i [default: 0.5]
     #[arg(long, value_name = "RATIO")]
     alpha: Option<f64>,
-    /// An intersection arc has theta_c > BETA * theta_i [default: 2]
+    /// Paper's rule: an intersection arc has theta_c > BETA * theta_i [default: 2]
     #[arg(long, value_name = "RATIO")]
     beta: Option<f64>,
-    /// The smaller angle of a labelled arc is below this [default: 10]
+    /// Paper's rule: the smaller angle of a labelled arc is below this [default: 10]
     #[arg(long, value_name = "DEG")]
     gamma: Option<f64>,
     /// Distance driven that opens a new frame; 0 opens one at every stamp [default: 0.1]
@@ -34,7 +34,7 @@ pub struct Parameters {
     /// Turn that opens a new frame [default: 10]
     #[arg(long, value_name = "DEG")]
     step_angle: Option<f64>,
-    /// Points nearer than this are one point of the map [default: 0.2]
+    /// Paper's rule: points nearer than this are one point of the map [default: 0.2]
     #[arg(long, value_name = "M")]
     match_distance: Option<f64>,
     /// Any other key of the configuration, repeatable: triple.turn_tolerance=4

@@ -120,7 +120,7 @@ fn labelled(verdict: &Verdict, stamp_ns: i64) -> LabelledArc {
             Label::Unidentified(_) => Mark::Unidentified,
         },
         frame: Some(verdict.arc.frame),
-        margin: verdict.evidence.map(|evidence| evidence.angles.margin),
+        margin: verdict.margin,
         reason: verdict.label.reason().map(|reason| reason.name()),
     }
 }
@@ -138,6 +138,7 @@ fn registered(feature: &MapFeature, frames: Option<[u32; 2]>) -> Feature {
         id: feature.id,
         readings: feature.readings,
         frames,
+        fate: Some(feature.status.name().to_owned()),
         ..shaped(&feature.shape)
     }
 }

@@ -35,7 +35,8 @@ pub struct Feature {
     pub frames: Option<[u32; 2]>,
     /// The sonar that an extracted feature comes from.
     pub sensor: Option<String>,
-    /// What became of an extracted feature: `registered`, `merged`, or why it was rejected.
+    /// What became of an extracted feature: `registered`, `merged`, or why it was rejected. Of a
+    /// feature of the map: `confirmed` or `tentative`.
     pub fate: Option<String>,
 }
 

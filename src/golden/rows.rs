@@ -213,6 +213,7 @@ struct Extracted {
     map_id: Option<u32>,
     action: Option<String>,
     reason: Option<String>,
+    status: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -288,7 +289,7 @@ impl Extracted {
             },
             frames: self.first_frame.zip(self.last_frame).map(|(a, b)| [a, b]),
             sensor: self.sensor,
-            fate: self.reason.or(self.action),
+            fate: self.reason.or(self.action).or(self.status),
             ..shaped
         }
     }

@@ -113,7 +113,10 @@ fn a_contact_arc() -> (String, i64, i64) {
     let bench = crate::support::Bench::new();
     assert_eq!(
         bench
-            .tmam(&sample("room_drive.mcap"), "replay {} --trace t")
+            .tmam(
+                &sample("room_drive.mcap"),
+                "replay {} --rule paper --trace t"
+            )
             .code,
         0
     );

@@ -279,7 +279,10 @@ fn a_borderline_flip_fails_only_when_strict() {
     let bench = Bench::new();
     assert_eq!(
         bench
-            .tmam(&sample("room_step.mcap"), "replay {} --trace t")
+            .tmam(
+                &sample("room_step.mcap"),
+                "replay {} --rule paper --trace t"
+            )
             .code,
         0
     );

@@ -206,7 +206,16 @@ fn diff_compares_feature_files_golden_files_and_configurations() {
     let log = path_of("room_drive.mcap");
     for (name, gamma) in [("a", "10"), ("b", "10"), ("c", "8")] {
         let features = format!("{name}.json");
-        let arguments = ["replay", &log, "--features", &features, "--gamma", gamma];
+        let arguments = [
+            "replay",
+            &log,
+            "--rule",
+            "paper",
+            "--features",
+            &features,
+            "--gamma",
+            gamma,
+        ];
         assert_eq!(tmam(&bench, &arguments, &[]).code, 0);
     }
     let golden = golden().join("room_drive.golden.json");
@@ -217,9 +226,24 @@ fn diff_compares_feature_files_golden_files_and_configurations() {
         (vec![golden, "a.json"], 0),
         (vec![golden, log.as_str()], 0),
         (vec![golden, "c.json"], 1),
-        (vec![log.as_str(), "--set-b", "triple.gamma=8"], 1),
-        (vec![log.as_str(), "--set-b", "triple.gamma=10"], 0),
-        (vec![log.as_str(), "c.json", "--gamma", "8"], 0),
+        (
+            vec![log.as_str(), "--rule", "paper", "--set-b", "triple.gamma=8"],
+            1,
+        ),
+        (
+            vec![
+                log.as_str(),
+                "--rule",
+                "paper",
+                "--set-b",
+                "triple.gamma=10",
+            ],
+            0,
+        ),
+        (
+            vec![log.as_str(), "c.json", "--rule", "paper", "--gamma", "8"],
+            0,
+        ),
         (vec![log.as_str()], 2),
         (vec!["nowhere.json", "a.json"], 2),
     ] {

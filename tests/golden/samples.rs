@@ -1,5 +1,7 @@
-//! The samples against their golden files. After a change that is meant to alter what comes of a
-//! log: `tmam check sample_logs/*.mcap --golden tests/golden --bless`, and review the difference.
+//! The samples against their golden files: under the paper's rule those here, under the noise-aware
+//! one those in `noise_aware/`. After a change that is meant to alter what comes of a log: `tmam check
+//! sample_logs/*.mcap --golden tests/golden --bless`, the same for the other folder, and review the
+//! difference.
 
 use crate::support::{Bench, sample};
 use crate::{golden, path_of, tmam};
@@ -28,6 +30,17 @@ fn the_samples_are_what_their_golden_files_say() {
 }
 
 #[test]
+fn the_samples_are_what_their_golden_files_say_under_the_noise_aware_rule() {
+    let bench = Bench::new();
+    let golden = golden().join("noise_aware");
+    let logs = SAMPLES.map(|name| path_of(&format!("{name}.mcap")));
+    let golden = golden.to_str().unwrap();
+    let arguments = ["check", &logs[0], &logs[1], "--golden", golden, "--strict"];
+    let run = tmam(&bench, &arguments, &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+}
+
+#[test]
 fn blessing_gives_the_files_that_are_kept_and_twice_the_same_bytes() {
     let bench = Bench::new();
     for name in SAMPLES {
@@ -35,7 +48,9 @@ fn blessing_gives_the_files_that_are_kept_and_twice_the_same_bytes() {
         for directory in ["one", "two"] {
             let run = tmam(
                 &bench,
-                &["check", &log, "--golden", directory, "--bless"],
+                &[
+                    "check", &log, "--rule", "paper", "--golden", directory, "--bless",
+                ],
                 &[],
             );
             assert_eq!(run.code, 0, "{}", run.stderr);
@@ -62,7 +77,12 @@ fn blessing_gives_the_files_that_are_kept_and_twice_the_same_bytes() {
 fn a_golden_file_says_what_features_json_and_the_trace_say() {
     let bench = Bench::new();
     let log = sample("room_drive.mcap");
-    assert_eq!(bench.tmam(&log, "replay {} --features f --trace t").code, 0);
+    assert_eq!(
+        bench
+            .tmam(&log, "replay {} --rule paper --features f --trace t")
+            .code,
+        0
+    );
     let (features, trace) = (bench.json("f"), bench.json_lines("t"));
     let file = std::fs::read(golden().join("room_drive.golden.json")).unwrap();
     let golden: serde_json::Value = serde_json::from_slice(&file).unwrap();

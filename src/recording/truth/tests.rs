@@ -7,7 +7,7 @@ use rerun::log::Chunk;
 use super::super::Recording;
 use super::super::tests::chunks;
 use super::*;
-use crate::config::Config;
+use crate::config::{Config, Rule};
 use crate::evaluate::evaluate;
 use crate::evaluate::truth::AGREEING_RANGE;
 use crate::log::read_with_truth_in;
@@ -53,7 +53,7 @@ fn instances(chunks: &[Chunk], component: rerun::ComponentIdentifier) -> BTreeMa
 
 #[test]
 fn every_wrong_label_is_marked_in_its_frame_and_every_feature_too_many_at_the_end() {
-    let config = Config::default();
+    let config = Config::with_rule(Rule::Paper);
     let (log, recorded) = read_with_truth_in(Cursor::new(room()), "room.mcap", &config).unwrap();
     let replay = Replay::new(&log, &config).unwrap();
     let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
