@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::config::file::{ConfigError, glob_set};
-use crate::config::{Config, Rule};
+use crate::config::{Config, Rule, Triple};
 use crate::event::RangeReading;
 use crate::frames::{Frame, Framer, Tally};
 use crate::log::Log;
@@ -134,8 +134,10 @@ impl<'a> Replay<'a> {
             .iter()
             .filter(is_selected)
             .min_by(|a, b| a.beam_width.total_cmp(&b.beam_width));
-        let by_angles = !config.departures().label_by_opinion;
-        let too_narrow = |r: &&RangeReading| by_angles && r.beam_width <= config.triple.gamma;
+        // Where angles do not decide, a gate that nobody asked for is no reason to refuse a log.
+        let gamma = config.triple.gamma;
+        let gated = !config.departures().label_by_opinion || gamma != Triple::default().gamma;
+        let too_narrow = |r: &&RangeReading| gated && r.beam_width <= gamma;
         if let Some(reading) = narrowest.filter(too_narrow) {
             return Err(ReplayError::GammaBeyondBeam {
                 gamma: config.triple.gamma,

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
+use crate::config::Rule;
 use crate::log::{Log, itemised};
 use crate::observer::Setting;
 use crate::replay::Outcome;
-use crate::tmam::feature::{Action, Kind, Shape};
+use crate::tmam::feature::{Action, Kind, MapFeature, Status};
 use crate::tmam::map::duplicates;
 
 /// The viewer that reads the recordings.
@@ -111,7 +112,7 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
         row(
             "suspects",
             outcome.suspects,
-            "labels that their own readings contradict, within the noise",
+            "labels that are contradicted: tmam explain --suspects says by what",
         )?;
     }
     write_features(text, setting, outcome)
@@ -145,23 +146,31 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
             },
         ),
     )?;
-    let lines = outcome
+    let (confirmed, tentative): (Vec<&MapFeature>, Vec<&MapFeature>) = outcome
         .map
         .iter()
-        .filter(|f| matches!(f.shape, Shape::Line(_)))
-        .count();
-    let twice = duplicates(&outcome.map, setting.config.map.match_distance);
+        .partition(|f| f.status == Status::Confirmed);
+    let lines = confirmed.iter().filter(|f| f.shape.kind() == Kind::Line);
+    let lines = lines.count();
+    let more = match tentative.len() {
+        0 => String::new(),
+        n => format!("; {n} more are tentative: too little speaks for them"),
+    };
+    let twice = match setting.config.rule {
+        Rule::Paper => duplicates(&outcome.map, setting.config.map.match_distance),
+        Rule::NoiseAware => 0,
+    };
     let duplicates = match twice {
         0 => String::new(),
         n => format!("; {n} of them look like another one (the paper's gates leave duplicates)"),
     };
     row(
         "map",
-        outcome.map.len(),
+        confirmed.len(),
         &format!(
-            "{}, {}{duplicates}",
+            "{}, {}{more}{duplicates}",
             plural(lines as u64, "line"),
-            plural((outcome.map.len() - lines) as u64, "point"),
+            plural((confirmed.len() - lines) as u64, "point"),
         ),
     )
 }

@@ -89,7 +89,7 @@ fn a_trace_has_every_echo_once_in_order_and_adds_up() {
     let bench = Bench::new();
     let run = bench.tmam(
         &sample("room_step.mcap"),
-        "replay {} --trace t --features f",
+        "replay {} --rule paper --trace t --features f",
     );
     assert_eq!(run.code, 0);
     let (rows, features) = (bench.json_lines("t"), bench.json("f"));
@@ -245,7 +245,7 @@ fn other_peoples_logs_give_the_labels_of_an_independent_implementation() {
     ] {
         let Some(path) = shared(log) else { continue };
         let bench = Bench::new();
-        let run = bench.tmam(&path, "replay {} --features f");
+        let run = bench.tmam(&path, "replay {} --rule paper --features f");
         assert_eq!(run.code, 0, "{}", run.stderr);
         let counts = &bench.json("f")["counts"];
         assert_eq!(counts["contact"], contact, "{log}");

@@ -224,7 +224,7 @@ fn diff_compares_feature_files_golden_files_and_configurations() {
         (vec!["a.json", "b.json"], 0),
         (vec!["a.json", "c.json"], 1),
         (vec![golden, "a.json"], 0),
-        (vec![golden, log.as_str()], 0),
+        (vec![golden, log.as_str(), "--rule", "paper"], 0),
         (vec![golden, "c.json"], 1),
         (
             vec![log.as_str(), "--rule", "paper", "--set-b", "triple.gamma=8"],
