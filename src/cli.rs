@@ -2,6 +2,7 @@
 
 mod config;
 mod evaluate;
+mod explain;
 mod info;
 mod parameters;
 mod replay;
@@ -27,6 +28,10 @@ enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
     Evaluate(Box<evaluate::Args>),
+    #[command(mut_arg("sensor", |arg| arg
+        .help("The arc is of a sonar with such a name; every sonar is replayed"))
+    )]
+    Explain(Box<explain::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -41,6 +46,7 @@ impl Cli {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),
             Command::Evaluate(args) => args.run(),
+            Command::Explain(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::config::file::ConfigError;
 use crate::evaluate::TruthError;
+use crate::explain::ExplainError;
 use crate::log::{LogError, itemised};
 use crate::output::OutputError;
 use crate::outputs::OutputsError;
@@ -38,6 +39,9 @@ pub enum Error {
     /// Nothing to hold a replay against.
     #[error(transparent)]
     Truth(#[from] TruthError),
+    /// Nothing to explain.
+    #[error(transparent)]
+    Explain(#[from] ExplainError),
     /// A flag, or a configuration made of flags.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -81,9 +85,10 @@ impl Error {
     /// The exit code that goes with it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Replay(ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. }) => {
-                INCOMPLETE
-            }
+            Self::Replay(error) | Self::Explain(ExplainError::Replay(error)) => match error {
+                ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. } => INCOMPLETE,
+                _ => UNUSABLE,
+            },
             _ => UNUSABLE,
         }
     }

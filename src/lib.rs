@@ -15,6 +15,7 @@ pub mod config;
 pub mod error;
 pub mod evaluate;
 pub mod event;
+pub mod explain;
 pub mod features;
 pub mod frames;
 pub mod geometry;
