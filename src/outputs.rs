@@ -15,6 +15,8 @@ pub struct Requested {
     pub trace: Option<PathBuf>,
     /// No recording, even where no output is named.
     pub no_recording: bool,
+    /// Shown in an open viewer, which is an output as well.
+    pub live: bool,
 }
 
 /// The outputs of a replay, open.
@@ -59,7 +61,7 @@ impl Requested {
     /// A file that is named twice or cannot be written.
     pub fn open(mut self, log: &Path) -> Result<Outputs, OutputsError> {
         let named = [&self.recording, &self.features, &self.trace];
-        if named.iter().all(|output| output.is_none()) {
+        if !self.live && named.iter().all(|output| output.is_none()) {
             self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
             self.features = Some(named_after(log, ".features.json"));
         }

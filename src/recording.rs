@@ -11,6 +11,7 @@ mod decided;
 mod encode;
 mod extent;
 mod hold;
+pub mod live;
 mod log;
 mod map;
 mod plots;
@@ -37,6 +38,7 @@ use self::decided::DecidedTables;
 use self::encode::RrdWriter;
 use self::extent::Extent;
 use self::hold::{Held, Hold};
+use self::live::{Live, LiveError};
 use self::log::LogTable;
 use self::map::MapTables;
 use self::robot::RobotTables;
@@ -61,6 +63,9 @@ pub enum Error {
     /// Rerun would not take a component.
     #[error("cannot form a component of the recording: {0}")]
     Component(Box<SerializationError>),
+    /// There is no viewer, or it has gone away.
+    #[error(transparent)]
+    Live(#[from] LiveError),
 }
 
 impl From<SerializationError> for Error {
@@ -74,6 +79,9 @@ pub struct Recording<W: Write> {
     // Taken at the end; `None` means that the file is closed.
     out: Option<RrdWriter<W>>,
     done: Option<W>,
+    // Whether the viewer's end is the recording's.
+    only_live: bool,
+    lost: Option<LiveError>,
     lines: Timelines,
     sonars: Vec<Sonar>,
     gamma: f64,
@@ -98,9 +106,23 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
+        Self::with_viewer(out, None, false, setting)
+    }
+
+    /// The same with an open viewer that is shown everything. When it goes away that is an error
+    /// where the recording is `only_live`; else it goes on without, and [`lost`](Self::lost) says so.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn with_viewer(
+        out: W,
+        viewer: Option<Live>,
+        only_live: bool,
+        setting: Setting<'_>,
+    ) -> Result<Self, Error> {
         let source = setting.source;
         let [recording, blueprint] = store_ids(&setting);
-        let mut out = RrdWriter::new(out, recording, blueprint, source.start_ns)?;
+        let mut out = RrdWriter::new(out, viewer, recording, blueprint, source.start_ns)?;
         let gamma = setting.config.triple.gamma;
         put_static(
             "/__properties",
@@ -124,6 +146,8 @@ impl<W: Write> Recording<W> {
         Ok(Self {
             out: Some(out),
             done: None,
+            only_live,
+            lost: None,
             lines: Timelines::new(source.start_ns),
             sonars: setting.sonars.to_vec(),
             gamma,
@@ -145,6 +169,23 @@ impl<W: Write> Recording<W> {
     /// The writer, flushed, once [`Observer::finish`] has closed the file.
     pub fn into_inner(self) -> Option<W> {
         self.done
+    }
+
+    /// Why the viewer was not shown everything.
+    pub fn lost(&self) -> Option<&LiveError> {
+        self.lost.as_ref()
+    }
+
+    /// Notes that the viewer has gone away.
+    fn lose(&mut self, lost: Option<LiveError>) -> Result<(), Error> {
+        match lost {
+            Some(error) if self.only_live => Err(error.into()),
+            Some(error) => {
+                self.lost.get_or_insert(error);
+                Ok(())
+            }
+            None => Ok(()),
+        }
     }
 
     fn watch(&mut self, frame: &Frame, step: &Step) -> Result<(), Error> {
@@ -170,7 +211,9 @@ impl<W: Write> Recording<W> {
         self.robot
             .push(at, frame.world_from_robot, self.lines, out)?;
         self.hold.push(Held::new(at, frame, step));
-        self.digest(at, step)
+        self.digest(at, step)?;
+        let lost = self.out.as_mut().and_then(RrdWriter::lost);
+        self.lose(lost)
     }
 
     /// What a step decided, whether a frame came with it or not.
@@ -247,8 +290,9 @@ impl<W: Write> Recording<W> {
             stamp: lines.stamp,
         };
         blueprint::put(&layout, out_ref)?;
-        self.done = Some(out.finish()?);
-        Ok(())
+        let (done, lost) = out.finish()?;
+        self.done = Some(done);
+        self.lose(lost)
     }
 }
 
