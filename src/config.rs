@@ -55,7 +55,7 @@ pub struct Config {
 }
 
 /// What is read from the log.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Input {
     /// Globs over the topics that carry ranges. Empty: every topic with a range type.
@@ -77,6 +77,11 @@ pub struct Input {
     pub robot_frame: Option<String>,
     /// Leave out readings that merely repeat a sonar's last value while the robot moved.
     pub drop_repeats: bool,
+    /// Use messages that only the data section's checksum covers where that does not agree: any of
+    /// them may be damaged.
+    pub trust_unchecked: bool,
+    /// Most readings and odometry samples that are held in memory.
+    pub max_readings: u64,
 }
 
 /// How readings are grouped into frames.
@@ -119,8 +124,8 @@ pub struct Triple {
     pub bend_tolerance: f64,
 }
 
-/// How precise a reading is taken to be where its message gives no variance:
-/// `sigma^2 = sigma_abs^2 + (sigma_rel r)^2`.
+/// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
+/// gives no variance, and on top of either what the pose adds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Noise {
@@ -128,6 +133,8 @@ pub struct Noise {
     pub sigma_abs: f64,
     /// Fraction of the range.
     pub sigma_rel: f64,
+    /// What the sensor's place from reading to reading is off by, metres: odometry and the clock.
+    pub sigma_pose: f64,
 }
 
 /// When readings support a line or a point.
@@ -271,6 +278,7 @@ impl Default for Noise {
         Self {
             sigma_abs: 0.01,
             sigma_rel: 0.0,
+            sigma_pose: 0.0,
         }
     }
 }
@@ -282,6 +290,22 @@ impl Default for Opinion {
             gate: 6.63,
             decisive: 13.0,
             max_half_width: 10,
+        }
+    }
+}
+
+impl Default for Input {
+    fn default() -> Self {
+        Self {
+            range_topics: Vec::new(),
+            odometry_topics: Vec::new(),
+            sonars: Vec::new(),
+            start: None,
+            end: None,
+            robot_frame: None,
+            drop_repeats: false,
+            trust_unchecked: false,
+            max_readings: 2_000_000,
         }
     }
 }
@@ -336,13 +360,15 @@ impl Config {
 }
 
 impl Noise {
-    /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's.
+    /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's;
+    /// and the pose's.
     pub fn variance(&self, range: f64, reported: f64) -> f64 {
-        if reported > 0.0 && reported.is_finite() {
+        let measured = if reported > 0.0 && reported.is_finite() {
             reported
         } else {
             let relative = self.sigma_rel * range;
             self.sigma_abs * self.sigma_abs + relative * relative
-        }
+        };
+        measured + self.sigma_pose * self.sigma_pose
     }
 }

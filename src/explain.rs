@@ -35,6 +35,7 @@ use crate::replay::{Outcome, Replay, ReplayError};
 use crate::rounding::{number, optional};
 use crate::tmam::arc::Arc;
 use crate::tmam::pair::Points;
+use crate::tmam::spread::Spread;
 use crate::tmam::stream::Judgement;
 use crate::tmam::triple::{Angles, Evidence, Label, Reason, judge};
 
@@ -271,6 +272,7 @@ impl Teller<'_> {
         let [first, middle, last] = situation.three.as_ref()?;
         let pairs = (Points::of(first, middle), Points::of(middle, last));
         let (label, hypothetical) = judge(pairs.0, pairs.1, middle.beam_width, bounds);
+        let spread = Spread::of([first, middle, last]);
         let evidence = judgement.verdict.evidence;
         let angles: Angles = evidence.map_or(hypothetical, |Evidence { angles, .. }| angles);
         let common = |before: &[Option<_>; 2], after: &[Option<_>; 2]| {
@@ -282,8 +284,8 @@ impl Teller<'_> {
         let story = AnglesStory {
             theta_c: angles.theta_c,
             theta_i: angles.theta_i,
-            theta_c_sigma: None,
-            theta_i_sigma: None,
+            theta_c_sigma: spread.theta_c,
+            theta_i_sigma: spread.theta_i,
             has_contact: common(&angles.before.contact, &angles.after.contact),
             has_intersection: common(&angles.before.intersection, &angles.after.intersection),
             margin: angles.margin,

@@ -37,6 +37,8 @@ pub struct Info {
     pub end_ns: i64,
     /// What could not be read; empty for a whole log.
     pub losses: Vec<String>,
+    /// How the clock of its stamps was set while it was recorded.
+    pub clock_jump: Option<String>,
     /// Its channels, by topic.
     pub channels: Vec<ChannelFacts>,
     /// Its sonars, by name.
@@ -103,6 +105,7 @@ impl Info {
             start_ns,
             end_ns,
             losses: log.losses,
+            clock_jump: log.clock_jump,
             channels,
             sonars,
             odometry,

@@ -17,6 +17,7 @@ mod map;
 mod plots;
 mod robot;
 mod style;
+mod suspects;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -41,7 +42,9 @@ use self::hold::{Held, Hold};
 use self::live::{Live, LiveError};
 use self::log::LogTable;
 use self::map::MapTables;
+use self::plots::Limits;
 use self::robot::RobotTables;
+use self::suspects::SuspectTables;
 use self::table::{Moment, Timelines, put_static};
 use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
@@ -84,7 +87,7 @@ pub struct Recording<W: Write> {
     lost: Option<LiveError>,
     lines: Timelines,
     sonars: Vec<Sonar>,
-    gamma: f64,
+    limits: Limits,
     beam_width: f64,
     extent: Extent,
     seen: BTreeSet<SonarId>,
@@ -98,6 +101,7 @@ pub struct Recording<W: Write> {
     map: MapTables,
     robot: RobotTables,
     log: LogTable,
+    suspects: SuspectTables,
 }
 
 impl<W: Write> Recording<W> {
@@ -123,7 +127,10 @@ impl<W: Write> Recording<W> {
         let source = setting.source;
         let [recording, blueprint] = store_ids(&setting);
         let mut out = RrdWriter::new(out, viewer, recording, blueprint, source.start_ns)?;
-        let gamma = setting.config.triple.gamma;
+        let limits = Limits {
+            gamma: setting.config.triple.gamma,
+            gate: setting.config.opinion.gate,
+        };
         put_static(
             "/__properties",
             &RecordingInfo::new()
@@ -140,7 +147,8 @@ impl<W: Write> Recording<W> {
         )?;
         put_static("/world", &style::annotations(), &mut out)?;
         arcs::put_styles(&mut out)?;
-        plots::put_styles(setting.sonars, gamma, &mut out)?;
+        plots::put_styles(setting.sonars, limits, &mut out)?;
+        suspects::put_styles(&mut out)?;
         closed::put_styles(&mut out)?;
         robot::put_styles(setting.sonars, &mut out)?;
         Ok(Self {
@@ -150,8 +158,8 @@ impl<W: Write> Recording<W> {
             lost: None,
             lines: Timelines::new(source.start_ns),
             sonars: setting.sonars.to_vec(),
-            gamma,
-            beam_width: gamma,
+            limits,
+            beam_width: limits.gamma,
             extent: Extent::default(),
             span: None,
             opening: opening(&setting),
@@ -163,6 +171,7 @@ impl<W: Write> Recording<W> {
             map: MapTables::new(),
             robot: RobotTables::new(),
             log: LogTable::new(setting.sonars),
+            suspects: SuspectTables::new(setting.sonars),
         })
     }
 
@@ -211,6 +220,7 @@ impl<W: Write> Recording<W> {
         self.robot
             .push(at, frame.world_from_robot, self.lines, out)?;
         self.hold.push(Held::new(at, frame, step));
+        self.suspects.pass(at);
         self.digest(at, step)?;
         let lost = self.out.as_mut().and_then(RrdWriter::lost);
         self.lose(lost)
@@ -233,12 +243,8 @@ impl<W: Write> Recording<W> {
         }
         self.closed.note(step);
         self.log.push(at, &step.extractions, self.lines, out)?;
-        let changed = step
-            .extractions
-            .iter()
-            .filter_map(|extraction| extraction.map_feature);
-        self.map.update(at, changed, self.lines, out)?;
-        Ok(())
+        self.suspects.note(&step.judgements);
+        self.map.update(at, step, self.lines, out)
     }
 
     fn end(&mut self, step: &Step) -> Result<(), Error> {
@@ -260,14 +266,15 @@ impl<W: Write> Recording<W> {
         if let Some((first, last)) = self.span {
             self.closed.push(last, lines, out_ref)?;
             let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
-            let (walls, points) = self.map.counts();
+            let [walls, points, tentative] = self.map.counts();
             let text = format!(
-                "end: {} frames; {} contact, {} intersection, {} unidentified arcs; \
-                 {walls} line(s) and {points} point(s) in the map",
+                "end: {} frames; {} contact, {} intersection, {} unidentified arcs, {} suspect; \
+                 {walls} line(s) and {points} point(s) in the map, {tentative} more tentative",
                 last.frame - first.frame + 1,
                 arcs("contact"),
                 arcs("intersection"),
                 arcs("unidentified"),
+                self.suspects.count(),
             );
             self.log
                 .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
@@ -277,8 +284,10 @@ impl<W: Write> Recording<W> {
         self.map.flush(lines, out_ref)?;
         self.robot.flush(lines, out_ref)?;
         self.log.flush(lines, out_ref)?;
+        self.suspects.write(lines, out_ref)?;
         let ends: Vec<Moment> = self.span.iter().flat_map(|(a, b)| [*a, *b]).collect();
-        plots::put_last(&self.sonars, &self.seen, self.gamma, &ends, lines, out_ref)?;
+        let seen = &self.seen;
+        plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out_ref)?;
         let layout = Layout {
             bounds: self.extent.bounds(),
             frames: self
@@ -287,6 +296,7 @@ impl<W: Write> Recording<W> {
             lanes: self.seen.len(),
             sonars: self.sonars.len(),
             beam_width: self.beam_width,
+            gate: self.limits.gate,
             stamp: lines.stamp,
         };
         blueprint::put(&layout, out_ref)?;

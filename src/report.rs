@@ -34,7 +34,8 @@ pub fn closing(setting: &Setting<'_>, outcome: &Outcome, written: &[PathBuf]) ->
 /// What a person must know of the log: notes, losses, and that there was nothing to judge.
 pub fn problems(log: &Log, outcome: &Outcome) -> String {
     let mut text = String::new();
-    for note in &log.notes {
+    let of_time = log.clock_jump.iter().chain(&log.time_notes);
+    for note in of_time.chain(&log.notes) {
         let _ = writeln!(text, "note: {note}");
     }
     if !log.losses.is_empty() {

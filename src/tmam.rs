@@ -11,6 +11,7 @@ pub mod opinion;
 pub mod pair;
 pub mod run;
 pub mod sequence;
+pub mod spread;
 pub mod step;
 pub mod stream;
 pub mod triple;
@@ -91,6 +92,7 @@ impl Tmam {
             let progress = stream.finish(&self.config, &self.gate);
             self.take(progress, &mut stream, &mut step);
         }
+        step.settled = self.map.settle();
         step
     }
 
@@ -127,11 +129,15 @@ impl Tmam {
             Kind::Line => fit_line(&run.associated, &demands),
             Kind::Point => fit_point(&run.associated, &demands),
         };
-        let used = run.associated.len().saturating_sub(fit.outliers.len());
-        let readings = u32::try_from(used).unwrap_or(u32::MAX);
+        let used: Vec<Arc> = run
+            .associated
+            .iter()
+            .filter(|arc| !fit.outliers.contains(&arc.id))
+            .copied()
+            .collect();
         let (action, map_feature, absorbed) = match (fit.rejection, fit.shape) {
             (None, Some(shape)) => {
-                let fused = self.map.add(shape, readings);
+                let fused = self.map.add(shape, &used);
                 (fused.action, Some(fused.feature), fused.absorbed)
             }
             (rejection, _) => {

@@ -36,6 +36,10 @@ struct Row<'a> {
     theta_c: Option<f64>,
     #[serde(serialize_with = "optional")]
     theta_i: Option<f64>,
+    #[serde(serialize_with = "optional")]
+    theta_c_sigma: Option<f64>,
+    #[serde(serialize_with = "optional")]
+    theta_i_sigma: Option<f64>,
     contact_points: Option<[usize; 2]>,
     intersection_points: Option<[usize; 2]>,
     #[serde(serialize_with = "optional")]
@@ -144,6 +148,8 @@ fn row<'a>(judgement: &Judgement, sonars: &'a [Sonar]) -> Row<'a> {
         reason: verdict.label.reason().map(|reason| reason.name()),
         theta_c: evidence.map(|e| e.angles.theta_c),
         theta_i: evidence.map(|e| e.angles.theta_i),
+        theta_c_sigma: evidence.and_then(|e| e.spread.theta_c),
+        theta_i_sigma: evidence.and_then(|e| e.spread.theta_i),
         contact_points: points(|p| &p.contact),
         intersection_points: points(|p| &p.intersection),
         margin: evidence.map(|e| e.angles.margin),

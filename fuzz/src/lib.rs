@@ -1,10 +1,18 @@
 //! The part of `tmam` that reads bytes from files, without the rest.
 
+/// How channels of unknown types are described.
+#[path = "../../src/config"]
+#[allow(dead_code, reason = "only decoding is fuzzed")]
+pub mod config {
+    pub mod channel;
+}
+
 /// The room `log/`, as far as it is fuzzed.
 #[path = "../../src/log"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod log {
     pub mod container;
+    mod custom;
     mod decoder;
     mod description;
     pub mod fuzzing;

@@ -99,6 +99,18 @@ pub const KEYS: &[Key] = &[
         "leave out readings that repeat the last one while driving",
     ),
     key(
+        "input.trust_unchecked",
+        Plain,
+        Any,
+        "use messages of a damaged log that no checksum vouches for",
+    ),
+    key(
+        "input.max_readings",
+        Plain,
+        AtLeast(1.0),
+        "readings and odometry samples held, 60 bytes each",
+    ),
+    key(
         "frames.step",
         Plain,
         AtLeast(0.0),
@@ -175,6 +187,12 @@ pub const KEYS: &[Key] = &[
         Plain,
         AtLeast(0.0),
         "fraction of the range, added in squares",
+    ),
+    key(
+        "noise.sigma_pose",
+        Plain,
+        AtLeast(0.0),
+        "m; how far odometry and clock put a sensor off from reading to reading",
     ),
     key(
         "opinion.gate",

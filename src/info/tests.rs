@@ -54,6 +54,8 @@ fn info(events: Events) -> Info {
             channels: Vec::new(),
             losses: Vec::new(),
             notes: Vec::new(),
+            clock_jump: None,
+            time_notes: Vec::new(),
         },
         config: Config::default(),
         obstacles: Vec::new(),

@@ -12,7 +12,9 @@ use super::{Info, Verdict};
 /// Everything, as text.
 pub fn text(info: &Info) -> String {
     let mut text = head(info);
-    section(&mut text, "CHANNELS", &channels(info));
+    if !info.channels.is_empty() {
+        section(&mut text, "CHANNELS", &channels(info));
+    }
     if !info.sonars.is_empty() {
         section(&mut text, "SONARS", &sonars(&info.sonars));
         section(&mut text, "ECHOES", &echoes(&info.sonars));

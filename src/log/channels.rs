@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::budget::Budget;
 use super::container::{Channel, RawMessage};
 use super::custom;
 use super::decoder::{DecodeError, Decoder};
-use super::messages::{self, Content, Read, Role};
+use super::messages::{self, Content, MOST_SONARS, Read, Role};
 use crate::config::Config;
 use crate::config::channel::ChannelFields;
 use crate::config::file::{ConfigError, glob_set};
@@ -15,6 +16,9 @@ const LARGEST_RING: usize = 64;
 
 /// Decoded, a message can take fifty times its bytes; no reading or pose is as long as this.
 const LONGEST_MESSAGE: usize = 4 << 20;
+
+/// For more channels than this no decoder is made.
+const MOST_READERS: usize = 2 * MOST_SONARS;
 
 /// What one channel turned out to be.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,6 +48,7 @@ pub struct Channels {
     odometry_topics: globset::GlobSet,
     described: BTreeMap<String, ChannelFields>,
     known: BTreeMap<u16, (ChannelReport, Option<Reader>)>,
+    readers: usize,
     /// Channels whose first message is of no form that is read.
     foreign: BTreeSet<u16>,
 }
@@ -80,12 +85,19 @@ impl Channels {
             odometry_topics: glob_set(&input.odometry_topics)?,
             described: config.channel.clone(),
             known: BTreeMap::new(),
+            readers: 0,
             foreign: BTreeSet::new(),
         })
     }
 
-    /// What a message says and is good for; `None` for one that is not used.
-    pub fn read(&mut self, channel: &Channel, message: RawMessage<'_>) -> Option<(Role, Content)> {
+    /// What a message says and is good for; `None` for one that is not used, or for which there is
+    /// no room.
+    pub fn read(
+        &mut self,
+        channel: &Channel,
+        message: RawMessage<'_>,
+        budget: &mut Budget,
+    ) -> Option<(Role, Content)> {
         if !self.known.contains_key(&channel.id) {
             let found = self.find(channel);
             self.known.insert(channel.id, found);
@@ -93,6 +105,9 @@ impl Channels {
         let (report, reader) = self.known.get_mut(&channel.id)?;
         report.messages += 1;
         let reader = reader.as_ref().filter(|_| report.used)?;
+        if !budget.admits_message() {
+            return None;
+        }
         match reader.read(message.data) {
             Ok(content) if content.sonars() > LARGEST_RING && !reader.asked_for => {
                 report.used = false;
@@ -103,7 +118,14 @@ impl Channels {
                 ));
                 None
             }
-            Ok(content) => Some((reader.role, content)),
+            Ok(Content::Crowd(count)) => {
+                report.used = false;
+                report.problem = Some(format!(
+                    "its messages hold {count} ranges; no more than {MOST_SONARS} sonars are told apart"
+                ));
+                None
+            }
+            Ok(content) => budget.admits(&content).then_some((reader.role, content)),
             Err(error) => {
                 // One such message may be damaged; when all are so, it is the channel.
                 if let (DecodeError::Channel(_), 1) = (&error, report.messages) {
@@ -132,7 +154,7 @@ impl Channels {
         reports
     }
 
-    fn find(&self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
+    fn find(&mut self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
         let known = match self.described.get(&channel.topic) {
             Some(fields) => Some((custom::role(fields), Way::Paths(Box::new(fields.clone())))),
             None => messages::known(&channel.schema.name, &channel.topic)
@@ -159,6 +181,14 @@ impl Channels {
         let Some((role, way)) = known.filter(|_| report.used) else {
             return (report, None);
         };
+        if self.readers == MOST_READERS {
+            report.used = false;
+            report.problem = Some(format!(
+                "the log has more than {MOST_READERS} channels of types that are read"
+            ));
+            return (report, None);
+        }
+        self.readers += 1;
         match Decoder::of(channel) {
             Ok(decoder) => {
                 let reader = Reader {

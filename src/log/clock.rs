@@ -63,28 +63,30 @@ impl Clocks {
 
     /// The clock that belongs to each channel; those of several publishers on one topic together.
     pub fn finish(self, channels: &[ChannelReport]) -> Vec<ChannelClock> {
-        let running: Vec<Running> = self.of_channel.into_values().collect();
+        let mut known: BTreeMap<[String; 3], ChannelClock> = BTreeMap::new();
+        for running in self.of_channel.into_values() {
+            let clock = running.finish();
+            let names = [running.topic, running.type_name, running.encoding];
+            let together = match known.remove(&names) {
+                Some(other) => other.together(clock),
+                None => clock,
+            };
+            known.insert(names, together);
+        }
         channels
             .iter()
             .map(|channel| {
-                let mut mine = running
-                    .iter()
-                    .filter(|r| r.is_of(channel))
-                    .map(Running::finish);
-                let first = mine.next().unwrap_or_default();
-                mine.fold(first, ChannelClock::together)
+                let names = [&channel.topic, &channel.type_name, &channel.encoding];
+                known
+                    .get(&names.map(Clone::clone))
+                    .cloned()
+                    .unwrap_or_default()
             })
             .collect()
     }
 }
 
 impl Running {
-    fn is_of(&self, channel: &ChannelReport) -> bool {
-        self.topic == channel.topic
-            && self.type_name == channel.type_name
-            && self.encoding == channel.encoding
-    }
-
     fn take(&mut self, logged_ns: i64, stamp_ns: Option<i64>) {
         let clock = &mut self.clock;
         if clock.messages == 0 {

@@ -7,7 +7,8 @@
 //!
 //! What no checksum covers is used as it stands: chunks written without one, messages outside of chunks
 //! in a file that has none for its data section, or that has lost it by being cut off. Messages outside
-//! of chunks whose data section's checksum fails are all left out: any of them may be the damaged one.
+//! of chunks whose data section's checksum fails are all left out: any of them may be the damaged one,
+//! unless the caller takes them as [`Unchecked::Used`].
 //! Of a last chunk that the file ends within, whole messages are used and the loss says so.
 //!
 //! - [`record`]: what the fields of a record are
@@ -79,12 +80,25 @@ pub struct RawMessage<'a> {
     pub data: &'a [u8],
 }
 
+/// What is done with messages that only the data section's checksum covers, where that does not
+/// agree: any of them may be damaged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unchecked {
+    /// None is used.
+    LeftOut,
+    /// All are.
+    Used,
+}
+
 /// Why nothing at all can be read of a file.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// It cannot be read.
     #[error(transparent)]
     Io(#[from] io::Error),
+    /// It is a pipe or a device: the end of a log is read first.
+    #[error("it is a pipe or a device, which cannot be read from any place")]
+    NoFile,
     /// It is something else.
     #[error("it neither begins nor ends with the MCAP magic bytes")]
     NotMcap,
@@ -96,13 +110,18 @@ pub enum OpenError {
 /// A file that cannot be opened or is not an MCAP file. Everything else is a [`Loss`].
 pub fn walk(
     path: &Path,
+    unchecked: Unchecked,
     visit: &mut dyn FnMut(&Channel, RawMessage<'_>),
 ) -> Result<Vec<Loss>, OpenError> {
-    let file = File::open(path)?;
-    if file.metadata()?.is_dir() {
+    // Opening a pipe would wait for a writer.
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_dir() {
         return Err(io::Error::from(io::ErrorKind::IsADirectory).into());
     }
-    walk_in(file, visit)
+    if !kind.is_file() {
+        return Err(OpenError::NoFile);
+    }
+    walk_in(File::open(path)?, unchecked, visit)
 }
 
 /// [`walk`] over anything that can be read from any place.
@@ -111,7 +130,8 @@ pub fn walk(
 /// Input that cannot be read or is not an MCAP file.
 pub fn walk_in<R: Read + Seek>(
     input: R,
+    unchecked: Unchecked,
     visit: &mut dyn FnMut(&Channel, RawMessage<'_>),
 ) -> Result<Vec<Loss>, OpenError> {
-    walker::Walker::new(input, visit)?.run()
+    walker::Walker::new(input, unchecked, visit)?.run()
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::messages::{Content, OdometryMessage, RangeMessage, Role, rotation};
+use super::messages::{Content, MOST_SONARS, OdometryMessage, RangeMessage, Role, rotation};
 use super::value::{FieldError, Value, missing};
 use crate::config::channel::{AngleUnit, ChannelFields, Given, TimeUnit};
 
@@ -21,16 +21,12 @@ pub fn role(fields: &ChannelFields) -> Role {
 /// A field that is not there.
 pub fn read(fields: &ChannelFields, message: &Value) -> Result<Content, FieldError> {
     match &fields.range {
-        Some(range) => ranges(fields, range, message).map(Content::Ranges),
+        Some(range) => ranges(fields, range, message),
         None => odometry(fields, message).map(Content::Odometry),
     }
 }
 
-fn ranges(
-    fields: &ChannelFields,
-    range: &str,
-    message: &Value,
-) -> Result<Vec<RangeMessage>, FieldError> {
+fn ranges(fields: &ChannelFields, range: &str, message: &Value) -> Result<Content, FieldError> {
     let array = range.split_once("[]").map_or(range, |(array, _)| array);
     let count = match message.get(array) {
         Some(Value::Numbers(numbers)) => Some(numbers.len()),
@@ -38,10 +34,15 @@ fn ranges(
         _ => None,
     };
     let reading = |element: Option<usize>| reading(fields, range, &Place { message, element });
-    match count {
-        Some(count) => (0..count).map(|i| reading(Some(i))).collect(),
-        None => Ok(vec![reading(None)?]),
-    }
+    Ok(match count {
+        Some(count) if count > MOST_SONARS => Content::Crowd(count),
+        Some(count) => Content::Ranges(
+            (0..count)
+                .map(|i| reading(Some(i)))
+                .collect::<Result<_, _>>()?,
+        ),
+        None => Content::Ranges(vec![reading(None)?]),
+    })
 }
 
 fn reading(

@@ -8,16 +8,19 @@ use std::io::Cursor;
 
 use std::rc::Rc;
 
-use super::container::{self, Channel, Schema};
+use super::container::{self, Channel, Schema, Unchecked};
 use super::decoder::Decoder;
-use super::description;
+use super::value::Value;
+use super::{custom, description, json as json_text, messages};
+use crate::config::channel::ChannelFields;
 
 /// A fuzzed part.
 pub type Target = fn(&[u8]);
 
 /// Every target: the name of its corpus, and its function.
-pub const TARGETS: [(&str, Target); 6] = [
+pub const TARGETS: [(&str, Target); 7] = [
     ("container", container),
+    ("custom", custom),
     ("description", description),
     ("json", json),
     ("protobuf", protobuf),
@@ -27,13 +30,29 @@ pub const TARGETS: [(&str, Target); 6] = [
 
 /// A whole file.
 pub fn container(file: &[u8]) {
-    let mut taken = 0_u64;
-    let losses = container::walk_in(Cursor::new(file), &mut |_, message| {
-        taken = taken.wrapping_add(message.log_time ^ message.data.len() as u64);
-    });
-    for loss in losses.into_iter().flatten() {
-        assert!(loss.offset <= file.len() as u64, "{loss:?}");
-        assert!(!loss.to_string().is_empty(), "{loss:?}");
+    for unchecked in [Unchecked::LeftOut, Unchecked::Used] {
+        let mut taken = 0_u64;
+        let losses = container::walk_in(Cursor::new(file), unchecked, &mut |_, message| {
+            taken = taken.wrapping_add(message.log_time ^ message.data.len() as u64);
+        });
+        for loss in losses.into_iter().flatten() {
+            assert!(loss.offset <= file.len() as u64, "{loss:?}");
+            assert!(!loss.to_string().is_empty(), "{loss:?}");
+        }
+    }
+}
+
+/// A description of a channel by field paths, and a message: both JSON, with the description's length
+/// in two bytes before it.
+pub fn custom(input: &[u8]) {
+    let Some((description, message)) = split(input) else {
+        return;
+    };
+    let fields: Result<ChannelFields, _> = serde_json::from_slice(description);
+    if let (Ok(fields), Ok(message)) = (fields, json_text::decode(message))
+        && fields.problem().is_none()
+    {
+        let _ = custom::read(&fields, &message);
     }
 }
 
@@ -64,13 +83,12 @@ pub fn description(input: &[u8]) {
     }
 }
 
-/// A definition and a message of it: the definition's length in two bytes, itself, the message.
+/// A definition and a message of it, read as every type that is known: the definition's length in two
+/// bytes, itself, the message.
 fn message(encoding: &str, schema_encoding: &str, name: &str, input: &[u8]) {
-    let Some((length, rest)) = input.split_first_chunk::<2>() else {
+    let Some((definition, message)) = split(input) else {
         return;
     };
-    let length = usize::from(u16::from_le_bytes(*length)).min(rest.len());
-    let (definition, message) = rest.split_at(length);
     let channel = Channel {
         id: 0,
         topic: "/fuzz".to_owned(),
@@ -81,7 +99,21 @@ fn message(encoding: &str, schema_encoding: &str, name: &str, input: &[u8]) {
             data: definition.to_vec(),
         }),
     };
-    if let Ok(decoder) = Decoder::of(&channel) {
-        let _ = decoder.decode(message);
+    if let Ok(decoder) = Decoder::of(&channel)
+        && let Ok(value) = decoder.decode(message)
+    {
+        read_as_everything(&value);
     }
+}
+
+fn read_as_everything(message: &Value) {
+    for (_, _, read) in messages::TYPES {
+        let _ = read(message);
+    }
+}
+
+/// Two parts with the first one's length in two bytes before it.
+fn split(input: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = input.split_first_chunk::<2>()?;
+    Some(rest.split_at(usize::from(u16::from_le_bytes(*length)).min(rest.len())))
 }

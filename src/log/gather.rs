@@ -1,21 +1,25 @@
 //! Collects what the messages say and puts it together: sonars with names and mounts, readings and
 //! odometry in stamp order.
 
+mod hits;
 mod stand_in;
+mod track;
 
 use std::collections::BTreeMap;
 
 pub use stand_in::STAND_IN;
 
 use super::channels::ChannelReport;
-use super::messages::{Content, HitsMessage, OdometryMessage, RangeMessage, Role};
-use super::rings::Ring;
-use super::sonars::{Placing, Source, SourceKey, Unplaced};
+use super::container::Loss;
+use super::messages::{Content, HitsMessage, MOST_SONARS, OdometryMessage, RangeMessage, Role};
+use super::sonars::{Placing, Source, SourceKey};
+use super::stamps::{self, Clock};
 use super::transforms::{Origin, TransformTree};
-use super::{Log, LogError, Loss, description, notes, repeats};
+use super::{Log, LogError, description, notes, repeats};
 use crate::config::Config;
-use crate::event::{Events, OdometrySample};
+use crate::event::{Events, OdometrySample, RangeReading, SonarId};
 use crate::geometry::Pose2;
+use track::Odometry;
 
 /// Everything said so far.
 #[derive(Debug, Clone, Default)]
@@ -23,27 +27,22 @@ pub struct Gatherer {
     /// Every sonar, in the order of their first readings.
     sources: Vec<Source>,
     source_index: BTreeMap<SourceKey, usize>,
-    readings: Vec<(usize, Unplaced)>,
+    /// Each with the place of its sonar in `sources` for an id.
+    readings: Vec<RangeReading>,
+    /// Whether there are more sonars than can be told apart.
+    crowded: bool,
     tracks: BTreeMap<String, Odometry>,
     transforms: TransformTree,
     /// Points of sonar rings, with the topic and the time they were recorded.
     hits: Vec<(String, i64, HitsMessage)>,
+    descriptions: usize,
     notes: Vec<String>,
     messages: u64,
     unstamped: u64,
 }
 
-/// What one topic says of where the robot was.
-#[derive(Debug, Clone)]
-struct Odometry {
-    role: Role,
-    world_frame: String,
-    robot_frame: String,
-    samples: Vec<OdometrySample>,
-    messages: u64,
-    unstamped: u64,
-    unusable: u64,
-}
+/// More descriptions than this are passed over: a robot has one.
+const MOST_DESCRIPTIONS: usize = 16;
 
 impl Gatherer {
     /// Takes what one message says.
@@ -72,30 +71,28 @@ impl Gatherer {
                 }
             }
             Content::Hits(hits) => self.hits.push((topic.to_owned(), logged_ns, hits)),
-            Content::Description(urdf) => match description::fixed_joints(&urdf) {
-                Ok(joints) => {
-                    self.messages += 1;
-                    for joint in joints {
-                        self.transforms.add(joint, Origin::Description);
-                    }
+            Content::Crowd(_) => {}
+            Content::Description(_) if self.descriptions >= MOST_DESCRIPTIONS => {}
+            Content::Description(urdf) => self.take_description(topic, &urdf),
+        }
+    }
+
+    fn take_description(&mut self, topic: &str, urdf: &str) {
+        self.descriptions += 1;
+        match description::fixed_joints(urdf) {
+            Ok(joints) => {
+                self.messages += 1;
+                for joint in joints {
+                    self.transforms.add(joint, Origin::Description);
                 }
-                Err(error) => self.notes.push(format!(
-                    "the robot's description on {topic} is left out: {error}"
-                )),
-            },
+            }
+            Err(error) => self.notes.push(format!(
+                "the robot's description on {topic} is left out: {error}"
+            )),
         }
     }
 
     fn take_range(&mut self, topic: &str, logged_ns: i64, range: RangeMessage) {
-        let reading = Unplaced {
-            stamp_ns: stamp(range.stamp_ns, logged_ns).saturating_add(range.delay_ns),
-            range: range.range,
-            min_range: range.min_range,
-            max_range: range.max_range,
-            beam_width: range.beam_width,
-            likely_beam_width: range.likely_beam_width,
-            variance: range.variance,
-        };
         let key = SourceKey {
             topic: topic.to_owned(),
             frame: range.frame_id,
@@ -103,20 +100,34 @@ impl Gatherer {
         };
         let index = match self.source_index.get(&key) {
             Some(index) => *index,
+            None if self.sources.len() == MOST_SONARS => {
+                self.crowded = true;
+                return;
+            }
             None => {
-                self.sources.push(Source {
-                    key: key.clone(),
-                    frame_from_beam: range.frame_from_beam,
-                    turned: false,
-                });
+                self.sources.push(Source::new(&key, range.frame_from_beam));
                 self.source_index.insert(key, self.sources.len() - 1);
                 self.sources.len() - 1
             }
         };
-        if let Some(source) = self.sources.get_mut(index) {
-            source.turned |= source.frame_from_beam != range.frame_from_beam;
+        let (Some(source), Ok(id)) = (self.sources.get_mut(index), u16::try_from(index)) else {
+            return;
+        };
+        source.turned |= source.frame_from_beam != range.frame_from_beam;
+        source.learn(range.beam_width, range.likely_beam_width);
+        // The beams of a ring share their message's stamp.
+        if range.element.is_none_or(|element| element == 0) {
+            source.clock.take(range.stamp_ns, logged_ns);
         }
-        self.readings.push((index, reading));
+        self.readings.push(RangeReading {
+            stamp_ns: stamp(range.stamp_ns, logged_ns).saturating_add(range.delay_ns),
+            sonar: SonarId(id),
+            range: range.range,
+            min_range: range.min_range,
+            max_range: range.max_range,
+            beam_width: range.beam_width,
+            variance: range.variance,
+        });
     }
 
     fn take_odometry(&mut self, role: Role, topic: &str, logged_ns: i64, message: OdometryMessage) {
@@ -131,8 +142,10 @@ impl Gatherer {
                 messages: 0,
                 unstamped: 0,
                 unusable: 0,
+                clock: Clock::default(),
             });
         track.messages += 1;
+        track.clock.take(message.stamp_ns, logged_ns);
         track.unstamped += u64::from(message.stamp_ns == 0);
         let Some(pose) = message.world_from_robot else {
             track.unusable += 1;
@@ -162,6 +175,9 @@ impl Gatherer {
             asked: config.input.range_topics.clone(),
             found: channels.iter().map(notes::describe).collect(),
         };
+        if self.crowded {
+            return Err(LogError::TooManySonars { file });
+        }
         if self.readings.is_empty() && self.hits.is_empty() {
             return Err(no_ranges(&channels));
         }
@@ -172,6 +188,9 @@ impl Gatherer {
             .as_deref()
             .unwrap_or(&odometry.robot_frame);
         self.take_hits(config, robot_frame, &odometry.world_frame, &mut channels);
+        if self.crowded {
+            return Err(LogError::TooManySonars { file });
+        }
         if self.readings.is_empty() {
             return Err(no_ranges(&channels));
         }
@@ -196,6 +215,7 @@ impl Gatherer {
                 odometry.unusable
             ));
         }
+        notes.extend(self.transforms.note());
         if odometry.role == Role::Pose && config.input.odometry_topics.is_empty() {
             notes.push(format!(
                 "the log has no odometry; the poses on {topic} are taken for it"
@@ -209,10 +229,16 @@ impl Gatherer {
             transforms: &self.transforms,
             config,
         };
-        let readings = std::mem::take(&mut self.readings);
-        let (sonars, mut readings) = placing.place(&self.sources, readings, &mut notes)?;
+        let (sonars, mut readings) = placing.place(&self.sources, self.readings, &mut notes)?;
         let mut samples = odometry.samples;
         samples.sort_by_key(|s| s.stamp_ns);
+        notes.extend(stamps::twins(&readings));
+        let ranges: Vec<&Clock> = self.sources.iter().map(|source| &source.clock).collect();
+        let clock_jump = stamps::jump(&ranges, &odometry.clock);
+        let mut time_notes = Vec::new();
+        time_notes.extend(stamps::skew(&ranges, &odometry.clock));
+        time_notes.extend(stamps::backward(&ranges, &odometry.clock));
+        time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
         let repeating = repeats::find(&readings, &samples, sonars.len());
         let dropped = config.input.drop_repeats;
         notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
@@ -231,108 +257,9 @@ impl Gatherer {
             losses: notes::on_losses(&losses, &channels),
             channels,
             notes,
+            clock_jump,
+            time_notes,
         })
-    }
-
-    /// Turns the points of sonar rings into the ranges of the sonars whose mounts the configuration
-    /// has.
-    fn take_hits(
-        &mut self,
-        config: &Config,
-        robot_frame: &str,
-        world_frame: &str,
-        channels: &mut [ChannelReport],
-    ) {
-        let hits = std::mem::take(&mut self.hits);
-        let keys: Vec<&SourceKey> = self.sources.iter().map(|s| &s.key).collect();
-        let ring = Ring::new(config, &|name| {
-            keys.iter()
-                .any(|key| key.frame == name || key.topic == name)
-        });
-        let mut strays = BTreeMap::<String, u64>::new();
-        for (topic, logged_ns, cloud) in hits {
-            let robot_frame = if robot_frame.is_empty() {
-                self.transforms
-                    .carrier(&cloud.frame_id, world_frame)
-                    .unwrap_or(&cloud.frame_id)
-            } else {
-                robot_frame
-            };
-            let known = self.transforms.between(robot_frame, &cloud.frame_id);
-            let (Some((robot_from_cloud, _)), false) = (known, ring.is_empty()) else {
-                let problem = if ring.is_empty() {
-                    "the points do not say where the sonars are that they come from; give x, y and yaw of \
-                     each under [sonar.\"name\"] in the configuration"
-                        .to_owned()
-                } else {
-                    format!(
-                        "no transform joins its frame `{}` to `{robot_frame}`; if they are the same, set \
-                         input.robot_frame",
-                        cloud.frame_id
-                    )
-                };
-                notes::refuse(channels, &topic, problem);
-                continue;
-            };
-            self.messages += 1;
-            self.unstamped += u64::from(cloud.stamp_ns == 0);
-            let (ranges, unmatched) = ring.ranges(&cloud.points, &robot_from_cloud);
-            *strays.entry(topic.clone()).or_default() += unmatched;
-            for (sonar, range) in ranges {
-                let range = RangeMessage::plain(cloud.stamp_ns, sonar, range);
-                self.take_range(&topic, logged_ns, range);
-            }
-        }
-        self.notes.extend(
-            strays
-                .into_iter()
-                .filter(|(_, count)| *count > 0)
-                .map(|(topic, count)| {
-                    format!(
-                        "{count} points on {topic} lie in no sonar's beam, or in one that has another; look \
-                         at the mounts in the configuration"
-                    )
-                }),
-        );
-    }
-
-    /// The one topic that says where the robot was. One that the configuration describes is meant
-    /// to be used; poses serve where there is no odometry, or
-    /// where the configuration asks for them.
-    fn choose_odometry(
-        &mut self,
-        file: &str,
-        config: &Config,
-        channels: &mut [ChannelReport],
-    ) -> Result<(String, Odometry), LogError> {
-        let by_type = config.input.odometry_topics.is_empty();
-        if by_type && self.tracks.keys().any(|t| config.channel.contains_key(t)) {
-            self.tracks
-                .retain(|topic, _| config.channel.contains_key(topic));
-        }
-        if by_type && self.tracks.values().any(|t| t.role == Role::Odometry) {
-            self.tracks.retain(|_, track| track.role == Role::Odometry);
-        }
-        if self.tracks.len() > 1 {
-            return Err(LogError::ManyOdometries {
-                file: file.to_owned(),
-                topics: self.tracks.keys().cloned().collect(),
-            });
-        }
-        let (topic, track) = self
-            .tracks
-            .pop_first()
-            .filter(|(_, track)| !track.samples.is_empty())
-            .ok_or_else(|| LogError::NoOdometry {
-                file: file.to_owned(),
-                asked: config.input.odometry_topics.clone(),
-                found: channels.iter().map(notes::describe).collect(),
-            })?;
-        for channel in channels {
-            let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));
-            channel.used &= !says_where || channel.topic == topic;
-        }
-        Ok((topic, track))
     }
 }
 

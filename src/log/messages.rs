@@ -11,6 +11,9 @@ pub use poses::rotation;
 use super::msg_schema::short;
 use super::value::{FieldError, Value};
 
+/// No more sonars than this are told apart.
+pub const MOST_SONARS: usize = 4096;
+
 /// What the messages of a type are good for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
@@ -31,6 +34,8 @@ pub enum Role {
 pub enum Content {
     /// Range readings, one or a ring of them.
     Ranges(Vec<RangeMessage>),
+    /// So many ranges that they are not even looked at.
+    Crowd(usize),
     /// Where the robot was.
     Odometry(OdometryMessage),
     /// Where frames are.
@@ -47,6 +52,7 @@ impl Content {
         match self {
             Self::Ranges(ranges) => ranges.len(),
             Self::Hits(hits) => hits.points.len(),
+            Self::Crowd(count) => *count,
             _ => 0,
         }
     }
@@ -139,7 +145,7 @@ pub struct HitsMessage {
 pub type Read = fn(&Value) -> Result<Content, FieldError>;
 
 /// Every type that is read, under its ROS 1 or Foxglove name.
-const TYPES: &[(&str, Role, Read)] = &[
+pub const TYPES: &[(&str, Role, Read)] = &[
     ("sensor_msgs/Range", Role::Range, ranges::range),
     ("sensor_msgs/LaserScan", Role::Range, ranges::laser_scan),
     ("foxglove.LaserScan", Role::Range, ranges::foxglove_scan),

@@ -165,7 +165,11 @@ fn fields_only(text: &str) -> String {
             field(line)
         }
     });
-    lines.collect::<Vec<_>>().join("\n")
+    // What is left needs no quotes, and the parser stumbles over one that stands alone.
+    lines
+        .collect::<Vec<_>>()
+        .join("\n")
+        .replace(['"', '\''], "")
 }
 
 struct Resolver<'a> {
@@ -274,6 +278,20 @@ mod tests {
         let plan = Plan::new(Dialect::Ros2, "p/msg/T", text.as_bytes()).unwrap();
         assert_eq!(names(&plan), ["n", "quote", "list", "last"]);
         assert_eq!(plan.least_bytes, 4 + 4 + 4 + 1);
+    }
+
+    #[test]
+    fn a_quote_that_stands_alone_is_no_end() {
+        for text in [
+            "string=\"",
+            "string='",
+            "===\"",
+            "MSG: string = \"",
+            "string a\nstring=\" b",
+        ] {
+            let _ = Plan::new(Dialect::Ros2, "p/msg/T", text.as_bytes());
+            let _ = Plan::new(Dialect::Ros1, "p/T", text.as_bytes());
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a person is told of a log's channels and of what was lost.
 
-use super::Loss;
 use super::channels::ChannelReport;
+use super::container::Loss;
 
 /// A channel in a list of what the log holds.
 pub fn describe(channel: &ChannelReport) -> String {

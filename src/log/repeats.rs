@@ -57,11 +57,18 @@ pub fn note(
             format!("{} {percent:.0} %", sonar.name)
         })
         .collect();
-    let what = "readings that repeat the sonar's last value although the robot moved";
-    match (dropped && total > 0, shares.is_empty()) {
-        (true, _) => Some(format!("{total} {what} were left out")),
-        (false, true) => None,
-        (false, false) => Some(format!(
+    let what = match total {
+        1 => "reading that repeats the sonar's last value although the robot moved",
+        _ => "readings that repeat the sonar's last value although the robot moved",
+    };
+    match (total, dropped, shares.is_empty()) {
+        (0, ..) => None,
+        (_, true, _) => Some(format!("{total} {what} left out")),
+        (_, false, true) => Some(format!(
+            "{total} {what}, of {}; input.drop_repeats leaves them out",
+            readings.len()
+        )),
+        (_, false, false) => Some(format!(
             "many {what} ({}): a driver that republishes, or a coarse resolution; input.drop_repeats \
              leaves them out",
             shares.join(", ")
@@ -162,6 +169,8 @@ mod tests {
         let said = note(&readings, &all, &sonars, true).unwrap();
         assert!(said.starts_with("4 readings"), "{said}");
         let one = [true, false, false, false, false];
-        assert_eq!(note(&readings, &one, &sonars, false), None);
+        let said = note(&readings, &one, &sonars, false).unwrap();
+        assert!(said.starts_with("1 reading that repeats"), "{said}");
+        assert_eq!(note(&readings, &[false; 5], &sonars, false), None);
     }
 }

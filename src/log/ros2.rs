@@ -12,7 +12,10 @@ use super::value::Value;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Ros2Error {
     /// A representation other than plain CDR.
-    #[error("its messages are not plain CDR (encapsulation {0:#06x}); record with XCDR1")]
+    #[error(
+        "its messages are {kind} (encapsulation {0:#06x}), not plain CDR, and are not read; record with XCDR1, \
+         which ROS 2 uses unless told otherwise", kind = representation(*.0)
+    )]
     Encapsulation(u16),
     /// The message ends early, or its bytes are not what the definition says.
     #[error("its bytes do not fit its definition: {0}")]
@@ -146,6 +149,15 @@ fn read_one<B: CdrEndian>(
     value.map_err(bytes)
 }
 
+/// What an encapsulation stands for.
+fn representation(encapsulation: u16) -> &'static str {
+    match encapsulation {
+        2 | 3 => "a parameter list of XCDR1",
+        6..=11 => "XCDR2",
+        _ => "in an unknown representation",
+    }
+}
+
 fn bytes(error: re_cdr::Error) -> Ros2Error {
     Ros2Error::Bytes(error.to_string())
 }
@@ -178,6 +190,7 @@ mod tests {
     fn other_representations_are_named() {
         let decoder = Decoder::new("p/msg/T", b"uint8 n").unwrap();
         let refused = decoder.decode(&[0, 7, 0, 0, 7]).unwrap_err();
+        assert!(refused.to_string().contains("XCDR2"), "{refused}");
         assert!(refused.to_string().contains("0x0007"), "{refused}");
     }
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
+use super::stamps::Clock;
 use super::transforms::{Mount, NoMount, TransformTree};
 use super::{LogError, MissingMount};
 use crate::config::{Config, SonarOverride};
@@ -22,7 +23,7 @@ pub struct SourceKey {
 }
 
 /// A sonar of which only the messages are known.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Source {
     /// What tells it from the others.
     pub key: SourceKey,
@@ -30,25 +31,36 @@ pub struct Source {
     pub frame_from_beam: Isometry3<f64>,
     /// Whether a later message has the beam elsewhere.
     pub turned: bool,
+    /// Beam width in its first message that has one, radians.
+    beam_width: Option<f64>,
+    /// What that is where neither messages nor configuration say it, radians.
+    likely_beam_width: Option<f64>,
+    /// When its messages were stamped and recorded.
+    pub clock: Clock,
 }
 
-/// A range reading of a sonar that is not yet known by name. Units as in [`RangeReading`].
-#[derive(Debug, Clone, Copy)]
-pub struct Unplaced {
-    /// When it was taken.
-    pub stamp_ns: i64,
-    /// As the driver wrote it.
-    pub range: f64,
-    /// NaN where the driver knows none.
-    pub min_range: f64,
-    /// NaN where the driver knows none.
-    pub max_range: f64,
-    /// 0 or NaN where the message does not say it.
-    pub beam_width: f64,
-    /// What it is where the configuration does not say it either; 0 or NaN for unknown.
-    pub likely_beam_width: f64,
-    /// 0 where the driver gives none.
-    pub variance: f64,
+impl Source {
+    /// A sonar before its first reading.
+    pub fn new(key: &SourceKey, frame_from_beam: Isometry3<f64>) -> Self {
+        Self {
+            key: key.clone(),
+            frame_from_beam,
+            turned: false,
+            beam_width: None,
+            likely_beam_width: None,
+            clock: Clock::default(),
+        }
+    }
+
+    /// Takes what a message says of the beam's width, radians; 0 or NaN for nothing.
+    pub fn learn(&mut self, beam_width: f64, likely_beam_width: f64) {
+        self.beam_width = self.beam_width.or(usable(beam_width));
+        self.likely_beam_width = self.likely_beam_width.or(usable(likely_beam_width));
+    }
+}
+
+fn usable(width: f64) -> Option<f64> {
+    (width > 0.0 && width.is_finite()).then_some(width)
 }
 
 /// What sonars are placed by.
@@ -79,14 +91,15 @@ struct Named<'a> {
 }
 
 impl Placing<'_> {
-    /// The sonars by name, and their readings by stamp.
+    /// The sonars by name, and their readings by stamp; these come with the places of their sources
+    /// for ids.
     ///
     /// # Errors
     /// A sonar without mount or beam width.
     pub fn place(
         &self,
         sources: &[Source],
-        readings: Vec<(usize, Unplaced)>,
+        mut readings: Vec<RangeReading>,
         notes: &mut Vec<String>,
     ) -> Result<(Vec<Sonar>, Vec<RangeReading>), LogError> {
         let named = self.name(sources, notes);
@@ -113,14 +126,27 @@ impl Placing<'_> {
                 robot_from_sensor: mount.robot_from_sensor,
             });
         }
-        let mut placed = Vec::with_capacity(readings.len());
-        for (index, reading) in readings {
-            if let (Some(sonar), Some(id)) = (named.get(index), ids.get(index)) {
-                placed.push(self.reading(sonar, *id, &reading)?);
+        let mut widths = vec![0_u64; named.len()];
+        for reading in &mut readings {
+            let index = reading.sonar.index();
+            if let (Some(sonar), Some(id), Some(lacking)) =
+                (named.get(index), ids.get(index), widths.get_mut(index))
+            {
+                reading.sonar = *id;
+                *lacking += u64::from(self.complete(sonar, reading)?);
             }
         }
-        placed.sort_by_key(|r| (r.stamp_ns, r.sonar));
-        Ok((sonars, placed))
+        notes.extend(
+            named
+                .iter()
+                .zip(widths)
+                .filter_map(|(s, lacking)| on_width(s, lacking)),
+        );
+        let place = |r: &RangeReading| (r.stamp_ns, r.sonar);
+        if !readings.is_sorted_by_key(place) {
+            readings.sort_by_key(place); // which takes memory
+        }
+        Ok((sonars, readings))
     }
 
     /// A sonar's name: its frame, or its topic where two topics share the frame; and its place in
@@ -188,9 +214,16 @@ impl Placing<'_> {
         if !self.robot_frame.is_empty() || to_mount.peek().is_none() {
             return Ok(self.robot_frame.to_owned());
         }
-        let carriers: BTreeSet<&str> = to_mount
+        let frames: BTreeSet<&str> = to_mount.collect();
+        let mut carriers: BTreeSet<&str> = frames
+            .iter()
             .filter_map(|frame| self.transforms.carrier(frame, self.world_frame))
             .collect();
+        // Messages that give their beams in the robot's own frame need no transform.
+        if carriers.is_empty() && frames.len() == 1 {
+            carriers = frames;
+            carriers.retain(|frame| frame.starts_with("base"));
+        }
         let mut found = carriers.iter();
         if let (Some(carrier), None) = (found.next(), found.next()) {
             notes.push(format!(
@@ -239,36 +272,35 @@ impl Placing<'_> {
         })
     }
 
-    fn reading(
-        &self,
-        sonar: &Named<'_>,
-        id: SonarId,
-        reading: &Unplaced,
-    ) -> Result<RangeReading, LogError> {
+    /// Puts into a reading what its message does not say; whether its beam width was that of others.
+    fn complete(&self, sonar: &Named<'_>, reading: &mut RangeReading) -> Result<bool, LogError> {
         let known = &sonar.known;
-        let usable = |width: &f64| *width > 0.0 && width.is_finite();
-        let beam_width = Some(reading.beam_width)
-            .filter(usable)
+        let own = usable(reading.beam_width);
+        let of_others = sonar.source.beam_width;
+        reading.beam_width = own
+            .or(of_others)
             .or(known.beam_width)
             .or(self.config.sonars.beam_width)
-            .or(Some(reading.likely_beam_width).filter(usable))
+            .or(sonar.source.likely_beam_width)
             .ok_or_else(|| LogError::NoBeamWidth {
                 sonar: sonar.name.clone(),
                 topic: sonar.source.key.topic.clone(),
             })?;
-        let limit = |given: f64, none: f64| if given.is_nan() { none } else { given };
-        Ok(RangeReading {
-            stamp_ns: reading.stamp_ns,
-            sonar: id,
-            range: reading.range,
-            min_range: known.min_range.unwrap_or(limit(reading.min_range, 0.0)),
-            max_range: known
-                .max_range
-                .unwrap_or(limit(reading.max_range, f64::INFINITY)),
-            beam_width,
-            variance: reading.variance,
-        })
+        reading.min_range = known.min_range.unwrap_or(reading.min_range);
+        reading.max_range = known.max_range.unwrap_or(reading.max_range);
+        Ok(own.is_none() && of_others.is_some())
     }
+}
+
+fn on_width(sonar: &Named<'_>, lacking: u64) -> Option<String> {
+    let width = sonar.source.beam_width?.to_degrees();
+    (lacking > 0).then(|| {
+        format!(
+            "{lacking} readings of sonar `{}` give no beam width; the {width:.1} deg that its others give \
+             are taken",
+            sonar.name
+        )
+    })
 }
 
 fn mount_of(known: &SonarOverride) -> Option<Pose2> {

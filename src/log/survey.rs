@@ -4,13 +4,17 @@
 //! rest put together all the same. So the placeholders are exactly what a configuration has to
 //! give, and it is known that a replay can begin with them.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
 use super::clock::{ChannelClock, Clocks};
+use super::container::Loss;
 use super::gather::{Gatherer, STAND_IN};
 use super::messages::Content;
-use super::{Log, LogError, Loss, Role, container, file_name};
+use super::read::{file_name, length, unchecked};
+use super::{Log, LogError, Role, container};
 use crate::config::{Config, SonarOverride};
 
 /// Beam width put in the place of one that is not known, radians: the paper's.
@@ -43,8 +47,9 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
     let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::default();
     let mut clocks = Clocks::default();
-    let losses = container::walk(path, &mut |channel, message| {
-        let read = channels.read(channel, message);
+    let mut budget = Budget::new(config, length(path));
+    let losses = container::walk(path, unchecked(config), &mut |channel, message| {
+        let read = channels.read(channel, message, &mut budget);
         let stamp = read.as_ref().and_then(|(_, content)| stamp(content));
         clocks.take(channel, message.log_time, stamp);
         if let Some((role, content)) = read {
@@ -52,6 +57,7 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
         }
     })
     .map_err(|error| LogError::open(path, error))?;
+    budget.check(&file_name(path))?;
     let channels = together(channels.into_reports());
     let mending = Mending {
         file: file_name(path),
@@ -73,19 +79,18 @@ fn stamp(content: &Content) -> Option<i64> {
         Content::Ranges(ranges) => ranges.first().map(|range| range.stamp_ns),
         Content::Odometry(odometry) => Some(odometry.stamp_ns),
         Content::Hits(hits) => Some(hits.stamp_ns),
-        Content::Transforms(_) | Content::Description(_) => None,
+        Content::Transforms(_) | Content::Description(_) | Content::Crowd(_) => None,
     }
 }
 
 /// Channels with one report where several publishers fill one topic.
 fn together(reports: Vec<ChannelReport>) -> Vec<ChannelReport> {
     let mut channels: Vec<ChannelReport> = Vec::with_capacity(reports.len());
+    let mut places: BTreeMap<[String; 3], usize> = BTreeMap::new();
     for report in reports {
-        let known = channels.iter_mut().find(|known| {
-            (&known.topic, &known.type_name, &known.encoding)
-                == (&report.topic, &report.type_name, &report.encoding)
-        });
-        match known {
+        let names = [&report.topic, &report.type_name, &report.encoding].map(Clone::clone);
+        let place = *places.entry(names).or_insert(channels.len());
+        match channels.get_mut(place) {
             Some(known) => {
                 known.messages += report.messages;
                 known.undecoded += report.undecoded;

@@ -14,7 +14,12 @@ const TILT: f64 = 5.0 * std::f64::consts::PI / 180.0;
 #[derive(Debug, Clone, Default)]
 pub struct TransformTree {
     edges: BTreeMap<String, Edge>,
+    /// How often the transform of a frame was no pose.
+    unusable: BTreeMap<String, u64>,
 }
+
+/// No robot has more frames; further ones are passed over.
+const MOST_FRAMES: usize = 10_000;
 
 #[derive(Debug, Clone)]
 struct Edge {
@@ -79,7 +84,12 @@ impl Mount {
 impl TransformTree {
     /// Takes a transform. Among those from `/tf` the first counts, else the last.
     pub fn add(&mut self, transform: TransformMessage, origin: Origin) {
+        let is_known = self.edges.contains_key(&transform.child);
+        if !is_known && self.edges.len() + self.unusable.len() >= MOST_FRAMES {
+            return;
+        }
         let Some(parent_from_child) = transform.parent_from_child else {
+            *self.unusable.entry(transform.child).or_default() += 1;
             return;
         };
         let edge = Edge {
@@ -100,6 +110,26 @@ impl TransformTree {
                 self.edges.insert(transform.child, edge);
             }
         }
+    }
+
+    /// What a person is told of transforms that are none.
+    pub fn note(&self) -> Option<String> {
+        let count: u64 = self.unusable.values().sum();
+        let mut frames: Vec<String> = self
+            .unusable
+            .keys()
+            .take(4)
+            .map(|f| format!("`{f}`"))
+            .collect();
+        if self.unusable.len() > frames.len() {
+            frames.push("others".to_owned());
+        }
+        (count > 0).then(|| {
+            format!(
+                "transforms that hold no pose (NaN, or a quaternion of zero) were left out: {count}, of {}",
+                frames.join(", ")
+            )
+        })
     }
 
     /// Names of all frames.

@@ -73,6 +73,8 @@ const HOW_TO_READ: &str = "\
 | grey | unidentified arcs; select one to see the reason |
 | white | walls of the map so far |
 | pale yellow | points of the map so far |
+| grey, in the map | features that too little speaks for (noise-aware rule): tentative |
+| magenta, wide | suspects: arcs whose label is contradicted; select one to see by what |
 | violet | three standard deviations of map features, at true scale: thin where the map is sure |
 | red | a feature that was extracted and rejected |
 | green | the robot, its heading and its way so far |
@@ -81,7 +83,9 @@ A feature flashes bold, with the arcs of its run, in the frame in which its run 
 
 **theta_c, theta_i** - a dot per sonar and frame, radians. A small theta_c says wall, a small theta_i says point; both must lie below gamma, the red line. Dots at the full beam width are triples without common points. No dot: the arc is not the middle of a triple.
 
+**chi2** (behind the angles, as tabs) - how badly a line, or a point, fits the three readings of a triple, in squares of sigma. Below the gate, the red line, it explains them. Both low: too short a base line for the noise to tell. Values beyond the plot are off its top.
+
 **Labels** - a lane per sonar. Blue is contact, orange intersection, grey with `?` unidentified. A label holds until the sonar's next reading; a gap is a reading without echo. A dark stretch that says `n states` holds that many labels too short to draw: zoom in, or see the tab **Labels by sonar number**, which has them as dots: contact above, intersection on, unidentified below the line of the sonar's number (the numbers are those of the table of sonars below).
 
-**Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used.
+**Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used, and suspects.
 ";

@@ -13,7 +13,7 @@ use crate::event::Sonar;
 use crate::geometry::Vec2;
 use crate::tmam::arc::Arc;
 use crate::tmam::pair::PairPoint;
-use crate::tmam::triple::Evidence;
+use crate::tmam::triple::{Evidence, Verdict};
 
 /// Widest step along an arc, radians: a chord strays 2 mm from an arc 5 m away.
 const ARC_STEP: f64 = 0.06;
@@ -26,7 +26,8 @@ pub fn xy(point: Vec2) -> [f32; 2] {
 struct ArcStrip {
     points: Vec<[f32; 2]>,
     class: u16,
-    sonar: String,
+    /// What the viewer shows when the arc is pointed at or selected.
+    story: String,
 }
 
 impl Instance for ArcStrip {
@@ -35,12 +36,12 @@ impl Instance for ArcStrip {
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
         let classes: Vec<u16> = arcs.iter().map(|arc| arc.class).collect();
-        let (strips, names): (Vec<_>, Vec<_>) =
-            arcs.into_iter().map(|arc| (arc.points, arc.sonar)).unzip();
+        let (strips, stories): (Vec<_>, Vec<_>) =
+            arcs.into_iter().map(|arc| (arc.points, arc.story)).unzip();
         Ok(LineStrips2D::update_fields()
             .with_strips(strips)
             .with_class_ids(classes)
-            .with_labels(names)
+            .with_labels(stories)
             .columns(lengths.iter().copied())?
             .collect())
     }
@@ -112,7 +113,7 @@ impl ArcTables {
             ArcStrip {
                 points: sweep(&arc),
                 class: style::class(verdict.label),
-                sonar: sonar.cloned().unwrap_or_default(),
+                story: story(sonar.map_or("?", String::as_str), &verdict),
             }
         });
         self.arcs.push(held.moment, strips, lines, out)?;
@@ -144,6 +145,30 @@ impl ArcTables {
         self.contact_points.flush(lines, out)?;
         self.intersection_points.flush(lines, out)
     }
+}
+
+/// The sonar, the label and the evidence for it, in a line.
+pub fn story(sonar: &str, verdict: &Verdict) -> String {
+    let label = match verdict.label.reason() {
+        Some(reason) => format!("{}: {}", verdict.label.name(), reason.name()),
+        None => verdict.label.name().to_owned(),
+    };
+    let Some(evidence) = &verdict.evidence else {
+        return format!("{sonar}, {label}");
+    };
+    let angle = |theta: f64, sigma: Option<f64>| match sigma {
+        Some(sigma) => format!("{:.1} +- {:.1} deg", theta.to_degrees(), sigma.to_degrees()),
+        None => format!("{:.1} deg", theta.to_degrees()),
+    };
+    let opinion = &evidence.opinion;
+    format!(
+        "{sonar}, {label}; theta_c {}, theta_i {}; chi2 line {:.1}, point {:.1}: {}",
+        angle(evidence.angles.theta_c, evidence.spread.theta_c),
+        angle(evidence.angles.theta_i, evidence.spread.theta_i),
+        opinion.chi2_line,
+        opinion.chi2_point,
+        opinion.support.name()
+    )
 }
 
 /// The arc as a strip, right edge to left.

@@ -22,7 +22,7 @@ use super::Error;
 use super::encode::{RrdWriter, Store};
 use super::extent::Bounds;
 use super::table::unit_columns;
-use super::views;
+use super::views::{self, Bound};
 
 /// What the layout depends on.
 pub struct Layout {
@@ -36,6 +36,8 @@ pub struct Layout {
     pub sonars: usize,
     /// Widest beam, radians: the top of the angle plots.
     pub beam_width: f64,
+    /// On the chi2 of a triple.
+    pub gate: f64,
     /// The name of the stamp timeline.
     pub stamp: Timeline,
 }
@@ -56,6 +58,10 @@ pub enum Id {
     Dots,
     Lanes,
     Events,
+    Line,
+    Point,
+    Chi2Line,
+    Chi2Point,
 }
 
 impl Id {
@@ -66,9 +72,14 @@ impl Id {
 
     fn path(self) -> String {
         match self {
-            Self::Root | Self::Left | Self::Right | Self::Angles | Self::Lanes | Self::Scene => {
-                format!("container/{}", self.uuid())
-            }
+            Self::Root
+            | Self::Left
+            | Self::Right
+            | Self::Angles
+            | Self::Line
+            | Self::Point
+            | Self::Lanes
+            | Self::Scene => format!("container/{}", self.uuid()),
             _ => format!("view/{}", self.uuid()),
         }
     }
@@ -146,15 +157,39 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     let mut w = Writer { out };
     views::map(&mut w, layout)?;
     w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
-    for (id, name, path) in [
-        (Id::ThetaC, "theta_c [rad]: low = wall", "+ /angles/theta_c"),
+    for (id, name, path, bound) in [
+        (
+            Id::ThetaC,
+            "theta_c [rad]: low = wall",
+            "+ /angles/theta_c",
+            Bound::Gamma,
+        ),
         (
             Id::ThetaI,
             "theta_i [rad]: low = point",
             "+ /angles/theta_i",
+            Bound::Gamma,
+        ),
+        (
+            Id::Chi2Line,
+            "chi2 of a line: low = fits",
+            "+ /chi2/line",
+            Bound::Gate,
+        ),
+        (
+            Id::Chi2Point,
+            "chi2 of a point: low = fits",
+            "+ /chi2/point",
+            Bound::Gate,
         ),
     ] {
-        views::plot(&mut w, layout, id, name, path)?;
+        views::plot(&mut w, layout, id, name, path, bound)?;
+    }
+    for (tabs, angle, chi2) in [
+        (Id::Line, Id::ThetaC, Id::Chi2Line),
+        (Id::Point, Id::ThetaI, Id::Chi2Point),
+    ] {
+        w.container(tabs, ContainerKind::Tabs, &[angle, chi2], &[])?;
     }
     views::labels(&mut w, layout)?;
     views::events(&mut w, layout)?;
@@ -174,7 +209,7 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
         } else {
             ContainerKind::Horizontal
         },
-        &[Id::ThetaC, Id::ThetaI],
+        &[Id::Line, Id::Point],
         &[1.0, 1.0],
     )?;
     w.container(

@@ -12,10 +12,14 @@ use super::table::{Instance, Moment, Table, Timelines};
 use crate::event::Sonar;
 use crate::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
 
-struct Message {
-    text: String,
-    level: &'static str,
-    color: Color,
+/// A line of the event log.
+pub struct Message {
+    /// What it says.
+    pub text: String,
+    /// How grave it is.
+    pub level: &'static str,
+    /// Its colour.
+    pub color: Color,
 }
 
 impl Instance for Message {

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::io::Write;
 
-use rerun::{AsComponents, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
+use rerun::{
+    AsComponents, Color, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
+};
 
 use super::Error;
 use super::arcs::xy;
@@ -12,10 +14,12 @@ use super::covariance::{band, ellipse};
 use super::encode::RrdWriter;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
-use crate::tmam::feature::{Kind, MapFeature, Shape};
+use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
+use crate::tmam::step::Step;
 
 struct Wall {
     ends: [[f32; 2]; 2],
+    color: Color,
     label: String,
 }
 
@@ -24,12 +28,14 @@ impl Instance for Wall {
         walls: Vec<Self>,
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        let colors: Vec<Color> = walls.iter().map(|wall| wall.color).collect();
         let (ends, labels): (Vec<_>, Vec<_>) = walls
             .into_iter()
             .map(|wall| (wall.ends, wall.label))
             .unzip();
         Ok(LineStrips2D::update_fields()
             .with_strips(ends)
+            .with_colors(colors)
             .with_labels(labels)
             .columns(lengths.iter().copied())?
             .collect())
@@ -38,6 +44,7 @@ impl Instance for Wall {
 
 struct Corner {
     position: [f32; 2],
+    color: Color,
     label: String,
 }
 
@@ -46,12 +53,14 @@ impl Instance for Corner {
         corners: Vec<Self>,
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        let colors: Vec<Color> = corners.iter().map(|corner| corner.color).collect();
         let (positions, labels): (Vec<_>, Vec<_>) = corners
             .into_iter()
             .map(|corner| (corner.position, corner.label))
             .unzip();
         Ok(Points2D::update_fields()
             .with_positions(positions)
+            .with_colors(colors)
             .with_labels(labels)
             .columns(lengths.iter().copied())?
             .collect())
@@ -138,22 +147,36 @@ impl MapTables {
         }
     }
 
-    /// Takes in features that are new or were updated, and logs the map after them.
+    /// Takes in what a step changed in the map, and logs the map after it.
     pub fn update<W: Write>(
         &mut self,
         at: Moment,
-        changed: impl IntoIterator<Item = MapFeature>,
+        step: &Step,
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         let mut touched = BTreeMap::<u32, [bool; 2]>::new();
-        for feature in changed {
+        let mut touch = |feature: &MapFeature| {
             let [walls, corners] = touched.entry(feature.id / PAGE).or_default();
             match feature.shape.kind() {
                 Kind::Line => *walls = true,
                 Kind::Point => *corners = true,
             }
-            self.features.insert(feature.id, feature);
+        };
+        for extraction in &step.extractions {
+            for id in &extraction.absorbed {
+                if let Some(gone) = self.features.remove(id) {
+                    touch(&gone);
+                }
+            }
+            if let Some(feature) = extraction.map_feature {
+                touch(&feature);
+                self.features.insert(feature.id, feature);
+            }
+        }
+        for feature in &step.settled {
+            touch(feature);
+            self.features.insert(feature.id, *feature);
         }
         for (page, [walls, corners]) in touched {
             if walls {
@@ -179,11 +202,17 @@ impl MapTables {
             .map(|(_, feature)| feature)
     }
 
-    /// How many lines and points the map has.
-    pub fn counts(&self) -> (usize, usize) {
-        let is_line = |feature: &&MapFeature| feature.shape.kind() == Kind::Line;
-        let lines = self.features.values().filter(is_line).count();
-        (lines, self.features.len() - lines)
+    /// How many confirmed lines, confirmed points and tentative features the map has.
+    pub fn counts(&self) -> [usize; 3] {
+        let count = |wanted: &dyn Fn(&MapFeature) -> bool| {
+            self.features.values().filter(|f| wanted(f)).count()
+        };
+        let confirmed = |f: &MapFeature| f.status == Status::Confirmed;
+        [
+            count(&|f| confirmed(f) && f.shape.kind() == Kind::Line),
+            count(&|f| confirmed(f) && f.shape.kind() == Kind::Point),
+            count(&|f| !confirmed(f)),
+        ]
     }
 
     /// Writes what waits.
@@ -202,7 +231,8 @@ fn wall(feature: &MapFeature) -> Option<Wall> {
     match &feature.shape {
         Shape::Line(segment) => Some(Wall {
             ends: segment.ends().map(xy),
-            label: format!("line {} ({} readings)", feature.id, feature.readings),
+            color: color(feature, style::WALL),
+            label: label(feature),
         }),
         Shape::Point(_) => None,
     }
@@ -212,10 +242,29 @@ fn corner(feature: &MapFeature) -> Option<Corner> {
     match &feature.shape {
         Shape::Point(point) => Some(Corner {
             position: xy(point.position),
-            label: format!("point {} ({} readings)", feature.id, feature.readings),
+            color: color(feature, style::CORNER),
+            label: label(feature),
         }),
         Shape::Line(_) => None,
     }
+}
+
+fn color(feature: &MapFeature, confirmed: Color) -> Color {
+    match feature.status {
+        Status::Confirmed => confirmed,
+        Status::Tentative => style::TENTATIVE,
+    }
+}
+
+fn label(feature: &MapFeature) -> String {
+    format!(
+        "{} {}, {} ({} readings, {} runs)",
+        feature.shape.kind().name(),
+        feature.id,
+        feature.status.name(),
+        feature.readings,
+        feature.runs
+    )
 }
 
 fn outline(feature: &MapFeature) -> Outline {
@@ -229,7 +278,6 @@ fn outline(feature: &MapFeature) -> Outline {
 fn wall_look() -> LineStrips2D {
     LineStrips2D::update_fields()
         .with_radii([ui(2.5)])
-        .with_colors([style::WALL])
         .with_show_labels(false)
         .with_draw_order(order::WALL)
 }
@@ -237,7 +285,6 @@ fn wall_look() -> LineStrips2D {
 fn corner_look() -> Points2D {
     Points2D::update_fields()
         .with_radii([ui(4.5)])
-        .with_colors([style::CORNER])
         .with_show_labels(false)
         .with_draw_order(order::CORNER)
 }

@@ -19,16 +19,16 @@ use crate::event::{Sonar, SonarId};
 use crate::rounding::rounded;
 use crate::tmam::triple::Evidence;
 
-/// Radians, rounded as in the trace, so that the two can be compared.
-struct Angle(f64);
+/// An angle in radians or a chi2, rounded as in the trace, so that the two can be compared.
+struct Value(f64);
 
-impl Instance for Angle {
+impl Instance for Value {
     fn columns(
-        angles: Vec<Self>,
+        values: Vec<Self>,
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
         Ok(Scalars::update_fields()
-            .with_scalars(angles.iter().map(|angle| rounded(angle.0)))
+            .with_scalars(values.iter().map(|value| rounded(value.0)))
             .columns(lengths.iter().copied())?
             .collect())
     }
@@ -67,8 +67,10 @@ impl Instance for Dot {
 
 /// The angles and labels of every frame.
 pub struct PlotTables {
-    theta_c: Table<Angle>,
-    theta_i: Table<Angle>,
+    theta_c: Table<Value>,
+    theta_i: Table<Value>,
+    chi2_line: Table<Value>,
+    chi2_point: Table<Value>,
     labels: Vec<Table<State>>,
     // The same labels as dots: lanes of names melt into grey where a run is long.
     dots: [(&'static str, Table<Dot>); 3],
@@ -80,6 +82,8 @@ impl PlotTables {
         Self {
             theta_c: Table::new("/angles/theta_c"),
             theta_i: Table::new("/angles/theta_i"),
+            chi2_line: Table::new("/chi2/line"),
+            chi2_point: Table::new("/chi2/point"),
             labels: sonars.iter().map(|s| Table::new(lane(s))).collect(),
             dots: KINDS.map(|(name, _)| (name, Table::new(dots(name)))),
         }
@@ -97,6 +101,10 @@ impl PlotTables {
         let theta_i = by_sonar(held, sonars, |evidence| evidence.angles.theta_i);
         self.theta_c.push(held.moment, theta_c, lines, out)?;
         self.theta_i.push(held.moment, theta_i, lines, out)?;
+        let line = by_sonar(held, sonars, |evidence| finite(evidence.opinion.chi2_line));
+        let point = by_sonar(held, sonars, |evidence| finite(evidence.opinion.chi2_point));
+        self.chi2_line.push(held.moment, line, lines, out)?;
+        self.chi2_point.push(held.moment, point, lines, out)?;
         for cell in &held.cells {
             if let Some(labels) = self.labels.get_mut(cell.sonar.index()) {
                 let state = cell.verdict.map(|verdict| State(verdict.label.name()));
@@ -118,6 +126,8 @@ impl PlotTables {
     ) -> Result<(), Error> {
         self.theta_c.flush(lines, out)?;
         self.theta_i.flush(lines, out)?;
+        self.chi2_line.flush(lines, out)?;
+        self.chi2_point.flush(lines, out)?;
         for labels in &mut self.labels {
             labels.flush(lines, out)?;
         }
@@ -128,15 +138,20 @@ impl PlotTables {
 }
 
 /// One number per sonar; NaN, which plots as a gap, where the frame has no triple of it.
-fn by_sonar(held: &Held, sonars: usize, pick: fn(&Evidence) -> f64) -> Vec<Angle> {
-    let mut row: Vec<Angle> = (0..sonars).map(|_| Angle(f64::NAN)).collect();
+fn by_sonar(held: &Held, sonars: usize, pick: fn(&Evidence) -> f64) -> Vec<Value> {
+    let mut row: Vec<Value> = (0..sonars).map(|_| Value(f64::NAN)).collect();
     for cell in &held.cells {
         let evidence = cell.verdict.and_then(|verdict| verdict.evidence);
         if let (Some(slot), Some(evidence)) = (row.get_mut(cell.sonar.index()), evidence) {
-            *slot = Angle(pick(&evidence));
+            *slot = Value(pick(&evidence));
         }
     }
     row
+}
+
+/// Infinite where the beams have nothing in common: a gap in the plot.
+fn finite(chi2: f64) -> f64 {
+    if chi2.is_finite() { chi2 } else { f64::NAN }
 }
 
 /// A dot on the lane of every sonar whose arc has this label: contact lies above the lane's middle
@@ -178,23 +193,43 @@ fn lane(sonar: &Sonar) -> EntityPath {
     ])
 }
 
-/// How the angle plots look.
+/// The bounds that values are held against.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    /// On the smaller angle, radians.
+    pub gamma: f64,
+    /// On the chi2 of a triple.
+    pub gate: f64,
+}
+
+/// How the plots look.
 pub fn put_styles<W: Write>(
     sonars: &[Sonar],
-    gamma: f64,
+    limits: Limits,
     out: &mut RrdWriter<W>,
 ) -> Result<(), Error> {
     let look = SeriesPoints::update_fields()
         .with_names(sonars.iter().map(|sonar| Name::from(sonar.name.as_str())))
         .with_colors(style::wheel(sonars.len()))
         .with_marker_sizes(vec![2.0; sonars.len()]);
-    put_static("/angles/theta_c", &look, out)?;
-    put_static("/angles/theta_i", &look, out)?;
-    let look = SeriesLines::update_fields()
-        .with_names([format!("gamma {:.1} deg", gamma.to_degrees())])
-        .with_colors([style::BOUND])
-        .with_widths([1.5]);
-    put_static("/angles/gamma", &look, out)?;
+    for path in [
+        "/angles/theta_c",
+        "/angles/theta_i",
+        "/chi2/line",
+        "/chi2/point",
+    ] {
+        put_static(path, &look, out)?;
+    }
+    for (path, name) in [
+        (GAMMA, format!("gamma {:.1} deg", limits.gamma.to_degrees())),
+        (GATE, format!("gate {}", limits.gate)),
+    ] {
+        let look = SeriesLines::update_fields()
+            .with_names([name])
+            .with_colors([style::BOUND])
+            .with_widths([1.5]);
+        put_static(path, &look, out)?;
+    }
     for (name, color) in KINDS {
         let look = SeriesPoints::update_fields()
             .with_names(sonars.iter().map(|sonar| Name::from(sonar.name.as_str())))
@@ -206,21 +241,27 @@ pub fn put_styles<W: Write>(
     Ok(())
 }
 
-/// gamma as a line over the whole run, and how the lanes look: of the sonars that gave something,
+/// The entities that hold the bounds.
+pub const GAMMA: &str = "/angles/gamma";
+pub const GATE: &str = "/chi2/gate";
+
+/// The bounds as lines over the whole run, and how the lanes look: of the sonars that gave something,
 /// since the viewer would draw an empty lane for any other.
 pub fn put_last<W: Write>(
     sonars: &[Sonar],
     seen: &BTreeSet<SonarId>,
-    gamma: f64,
+    limits: Limits,
     ends: &[Moment],
     lines: Timelines,
     out: &mut RrdWriter<W>,
 ) -> Result<(), Error> {
-    let mut table = Table::new("/angles/gamma");
-    for end in ends {
-        table.push(*end, [Angle(gamma)], lines, out)?;
+    for (path, bound) in [(GAMMA, limits.gamma), (GATE, limits.gate)] {
+        let mut table = Table::new(path);
+        for end in ends {
+            table.push(*end, [Value(bound)], lines, out)?;
+        }
+        table.flush(lines, out)?;
     }
-    table.flush(lines, out)?;
     // Most lanes are grey most of the time: a word there would be noise.
     let look = StateConfiguration::new()
         .with_values(KINDS.map(|(name, _)| name))

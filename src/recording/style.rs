@@ -22,6 +22,10 @@ pub const BEAM: Color = rgb(0x34, 0x38, 0x40);
 pub const WALL: Color = rgb(0xf2, 0xf4, 0xf8);
 /// Points of the map.
 pub const CORNER: Color = rgb(0xff, 0xe0, 0x8a);
+/// Features of the map that too little speaks for.
+pub const TENTATIVE: Color = rgb(0x7d, 0x83, 0x90);
+/// Arcs whose label is contradicted.
+pub const SUSPECT: Color = rgb(0xff, 0x3d, 0xd8);
 /// Three standard deviations of a map feature.
 pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
 /// A bound that a value is held against.
@@ -44,6 +48,7 @@ pub mod order {
     pub const WALL: f32 = 4.0;
     pub const CORNER: f32 = 5.0;
     pub const ASSOCIATED: f32 = 6.0;
+    pub const SUSPECT: f32 = 6.5;
     pub const ARC: f32 = 7.0;
     pub const FEATURE: f32 = 8.0;
     pub const TOUCH: f32 = 9.0;

@@ -51,21 +51,33 @@ pub fn map<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error
     )
 }
 
-/// An angle over time against gamma.
+/// What the values of a plot are held against.
+#[derive(Debug, Clone, Copy)]
+pub enum Bound {
+    /// Angles.
+    Gamma,
+    /// Chi2.
+    Gate,
+}
+
+/// A value over time against its bound.
 pub fn plot<W: Write>(
     w: &mut Writer<'_, W>,
     layout: &Layout,
     id: Id,
     name: &str,
     path: &str,
+    bound: Bound,
 ) -> Result<(), Error> {
-    w.view(id, "TimeSeries", name, &[path, "+ /angles/gamma"])?;
+    let (bound, top) = match bound {
+        Bound::Gamma => ("+ /angles/gamma", layout.beam_width),
+        Bound::Gate => ("+ /chi2/gate", 4.0 * layout.gate),
+    };
+    w.view(id, "TimeSeries", name, &[path, bound])?;
     w.property(
         id,
         "ScalarAxis",
-        &ScalarAxis::new().with_range(Range1D(
-            [-0.06 * layout.beam_width, 1.12 * layout.beam_width].into(),
-        )),
+        &ScalarAxis::new().with_range(Range1D([-0.06 * top, 1.12 * top].into())),
     )?;
     w.property(
         id,
@@ -119,7 +131,7 @@ pub fn labels<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Er
 
 /// The event log.
 pub fn events<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
-    w.view(Id::Events, "TextLog", "Events", &["+ /log"])?;
+    w.view(Id::Events, "TextLog", "Events", &["+ /log/**"])?;
     let timeline = |name: &str, visible: bool| {
         TimelineColumn(TimelineColumnData {
             visible: Bool(visible),

@@ -1,17 +1,20 @@
 //! Iterated least squares, (10) to (12): the loop that lines and points share.
 
+mod consistency;
 mod line;
 mod point;
+mod start;
 
 pub use line::fit_line;
 pub use point::fit_point;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-use super::arc::{Arc, ArcId, BEAM_SLACK};
+use self::start::Start;
+use super::arc::{Arc, ArcId};
 use super::feature::{Rejection, Shape};
 use super::opinion::Gate;
-use super::pair::{PairPoint, Points};
+use super::pair::Points;
 use crate::config::Config;
 
 /// Iterations after which (10) ends without having met the paper's stopping rule.
@@ -22,21 +25,6 @@ const MAX_ITERATIONS_TO_THE_END: u32 = 50;
 
 /// A step that is smaller than this, relative to the parameters, is the end.
 const RELATIVE_STEP: f64 = 1e-9;
-
-/// One in so many readings of a run may be an outlier.
-const READINGS_PER_OUTLIER: usize = 5;
-
-/// Standard deviations of its own by which a feature may lie outside a beam that it came from.
-const BEAM_SIGMAS: f64 = 3.0;
-
-/// Chi2 by which a reading at the end of a run may lie off what the others foretell.
-const TRIM_GATE: f64 = 9.0;
-
-/// How many readings are cut off an end at once.
-const LONGEST_TRIM: usize = 6;
-
-/// How many readings are left in any case.
-const FEWEST_LEFT: usize = 4;
 
 /// What is asked of a fit beyond the paper.
 #[derive(Debug, Clone, Copy, Default)]
@@ -59,14 +47,6 @@ impl Demands {
             mirrored: departures
                 .reject_mirrored
                 .then_some(config.opinion.decisive),
-        }
-    }
-
-    /// How far outside a beam a feature may lie whose bearing has this variance, radians.
-    fn beam_slack(&self, variance: f64) -> f64 {
-        match self.misfits {
-            Some(_) => BEAM_SIGMAS * variance.max(0.0).sqrt(),
-            None => 0.0,
         }
     }
 }
@@ -126,23 +106,6 @@ trait Model {
     fn step_norm(step: Vector2<f64>) -> f64;
 }
 
-/// Parameters to start from and how far they lie from the axes of the two beams, radians.
-#[derive(Debug, Clone, Copy)]
-struct Start {
-    parameters: Vector2<f64>,
-    off_axis: f64,
-}
-
-impl Start {
-    fn at(parameters: Vector2<f64>, point: &PairPoint, first: &Arc) -> Self {
-        let off_axis = crate::geometry::angle_between(point.bearing_a, first.world_from_sensor.yaw);
-        Self {
-            parameters,
-            off_axis,
-        }
-    }
-}
-
 /// The estimate of (10) with its mean square error (12).
 struct Estimate {
     parameters: Vector2<f64>,
@@ -164,35 +127,6 @@ impl Estimate {
             rejection: self.rejection,
             outliers: self.outliers,
         }
-    }
-}
-
-/// Where the iteration starts: the points of the first and the last arc, else those of the first
-/// neighbouring pair that has any. Of two sides the one with the smaller residuals is taken; sides
-/// that fit equally well (on a straight path a line and its mirror image do) are told apart by the
-/// beam axis.
-fn start(model: &impl Model, arcs: &[Arc]) -> Option<Vector2<f64>> {
-    let (first, last) = (arcs.first()?, arcs.last()?);
-    let neighbours = arcs
-        .windows(2)
-        .filter_map(|w| Some((w.first()?, w.last()?)));
-    let sides = std::iter::once((first, last))
-        .chain(neighbours)
-        .map(|(a, b)| model.starts(&Points::of(a, b)))
-        .find(|sides| sides.iter().any(Option::is_some))?;
-    let cost = |start: &Start| weighted_square_sum(model, start.parameters, arcs);
-    match sides {
-        [Some(left), Some(right)] => {
-            let (cost_left, cost_right) = (cost(&left), cost(&right));
-            let equal = (cost_left - cost_right).abs() <= 1e-9 * (1.0 + cost_left.min(cost_right));
-            let right_is_better = if equal {
-                right.off_axis < left.off_axis - BEAM_SLACK
-            } else {
-                cost_right < cost_left
-            };
-            Some(if right_is_better { right } else { left }.parameters)
-        }
-        [side, None] | [None, side] => side.map(|start| start.parameters),
     }
 }
 
@@ -228,107 +162,6 @@ fn invert(information: Matrix2<f64>) -> Option<Matrix2<f64>> {
     let (determinant, trace) = (information.determinant(), information.trace());
     let determined = trace.is_finite() && determinant > SINGULAR * trace * trace;
     determined.then(|| information.try_inverse()).flatten()
-}
-
-/// The best estimate that the demands allow.
-fn estimate(model: &impl Model, arcs: &[Arc], demands: &Demands) -> Result<Estimate, Fit> {
-    let mut kept = arcs.to_vec();
-    let mut outliers = Vec::new();
-    if demands.misfits.is_some() {
-        trim(model, &mut kept, &mut outliers);
-    }
-    let mut estimate = loop {
-        let start = start(model, &kept).ok_or_else(|| Fit::failed(Rejection::NoStart, 0))?;
-        let estimate = iterate(model, &kept, start, demands.converge)?;
-        let Some(gate) = demands.misfits else {
-            break estimate;
-        };
-        let allowed = gate.at(kept.len().saturating_sub(2));
-        if weighted_square_sum(model, estimate.parameters, &kept) < allowed {
-            break estimate;
-        }
-        if outliers.len() >= arcs.len() / READINGS_PER_OUTLIER {
-            break Estimate {
-                rejection: Some(Rejection::Misfit),
-                ..estimate
-            };
-        }
-        outliers.extend(take_worst(model, estimate.parameters, &mut kept));
-    };
-    let slack = arcs.first().map_or(0.0, |first| {
-        demands.beam_slack(model.bearing_variance(&estimate, first))
-    });
-    if !kept
-        .iter()
-        .all(|arc| model.in_beam(estimate.parameters, arc, slack))
-    {
-        estimate.rejection = estimate.rejection.or(Some(Rejection::OutsideBeams));
-    }
-    if demands
-        .mirrored
-        .is_some_and(|lead| has_double(model, &estimate, &kept, lead))
-    {
-        estimate.rejection = estimate.rejection.or(Some(Rejection::Mirrored));
-    }
-    estimate.outliers = outliers;
-    Ok(estimate)
-}
-
-/// Cuts off readings at the ends of a run that the others do not foretell: where a wall ends in a
-/// corner, ranges pass from the one to the other so smoothly that windows reach across.
-fn trim(model: &impl Model, kept: &mut Vec<Arc>, cut: &mut Vec<ArcId>) {
-    let gate = Gate::new(TRIM_GATE);
-    let chi2 = |arcs: &[Arc]| {
-        let estimate = iterate(model, arcs, start(model, arcs)?, true).ok()?;
-        Some(weighted_square_sum(model, estimate.parameters, arcs))
-    };
-    for _ in 0..2 * LONGEST_TRIM {
-        let Some(all) = chi2(kept) else { return };
-        let longest = LONGEST_TRIM.min(kept.len().saturating_sub(FEWEST_LEFT));
-        let excess = |left: usize, right: usize| {
-            let rest = kept.get(left..kept.len() - right)?;
-            Some(all - chi2(rest)? - gate.at(left + right))
-        };
-        let ends = (1..=longest).flat_map(|n| [(n, 0), (0, n)]);
-        let worst = ends
-            .filter_map(|(left, right)| Some((excess(left, right)?, left, right)))
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, left, right)) = worst.filter(|(excess, ..)| *excess > 0.0) else {
-            return;
-        };
-        let last = kept.len() - right;
-        cut.extend(kept.drain(last..).map(|arc| arc.id));
-        cut.extend(kept.drain(..left).map(|arc| arc.id));
-    }
-}
-
-/// Takes out the reading that fits worst.
-fn take_worst(model: &impl Model, parameters: Vector2<f64>, kept: &mut Vec<Arc>) -> Option<ArcId> {
-    let misfit = |arc: &Arc| weighted_square_sum(model, parameters, std::slice::from_ref(arc));
-    let (at, _) = kept
-        .iter()
-        .map(misfit)
-        .enumerate()
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(kept.remove(at).id)
-}
-
-/// Whether the mirror image at the robot's path lies in the beams and fits as well.
-fn has_double(model: &impl Model, estimate: &Estimate, arcs: &[Arc], lead: f64) -> bool {
-    let (Some(first), Some(last)) = (arcs.first(), arcs.last()) else {
-        return false;
-    };
-    let start = model.mirrored(estimate.parameters, first, last);
-    let Ok(double) = iterate(model, arcs, start, true) else {
-        return false;
-    };
-    let cost = |of: &Estimate| weighted_square_sum(model, of.parameters, arcs);
-    let apart = (double.parameters - estimate.parameters).norm() > 1e-6;
-    apart
-        && cost(&double) - cost(estimate) < lead
-        && arcs
-            .iter()
-            .all(|arc| model.in_beam(double.parameters, arc, BEAM_SLACK))
 }
 
 /// Iterates (10) until the stopping rule holds: the paper's, or that of a fit to its end.

@@ -1,10 +1,13 @@
 //! Fusion of extracted features with the registered ones.
 
+mod explained;
 mod information;
 mod paper;
 
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
+use super::arc::Arc;
 use super::feature::{Action, MapFeature, Segment, Shape, Status};
 use crate::config::{Config, Departures, Map as Bounds};
 use crate::geometry::{angle_between, unit};
@@ -14,6 +17,8 @@ use crate::geometry::{angle_between, unit};
 pub struct Map {
     features: Vec<MapFeature>,
     next_id: u32,
+    /// The readings of features that a single run gave.
+    lone: BTreeMap<u32, Vec<Arc>>,
     bounds: Bounds,
     departures: Departures,
 }
@@ -35,6 +40,7 @@ impl Map {
         Self {
             features: Vec::new(),
             next_id: 0,
+            lone: BTreeMap::new(),
             bounds: config.map.clone(),
             departures: config.departures(),
         }
@@ -45,11 +51,13 @@ impl Map {
         &self.features
     }
 
-    /// Fuses a feature that `readings` associated readings of a run gave with the nearest match, or
-    /// registers it as a new one.
-    pub fn add(&mut self, shape: Shape, readings: u32) -> Fused {
-        if let Some(at) = self.nearest(&shape, None) {
-            return self.merge(at, shape, readings);
+    /// Fuses a feature that a run of associated readings gave with the nearest match, or registers it
+    /// as a new one.
+    pub fn add(&mut self, shape: Shape, associated: &[Arc]) -> Fused {
+        let readings = u32::try_from(associated.len()).unwrap_or(u32::MAX);
+        let at = self.nearest(&shape, None);
+        if let Some(known) = at.and_then(|at| self.features.get(at)).copied() {
+            return self.merge(known, shape, readings);
         }
         let mut feature = MapFeature {
             id: self.next_id,
@@ -61,6 +69,9 @@ impl Map {
         feature.status = self.status(&feature);
         self.next_id = self.next_id.saturating_add(1);
         self.features.push(feature);
+        if self.departures.confirm {
+            self.lone.insert(feature.id, associated.to_vec());
+        }
         Fused {
             action: Action::Registered(feature.id),
             feature,
@@ -68,10 +79,38 @@ impl Map {
         }
     }
 
-    fn merge(&mut self, at: usize, shape: Shape, readings: u32) -> Fused {
-        let Some(known) = self.features.get(at).copied() else {
-            return self.add(shape, readings);
+    /// The end of the log: a feature of a single run stays tentative if another one with more
+    /// support looks like it or explains all its readings. Returns what changed.
+    pub fn settle(&mut self) -> Vec<MapFeature> {
+        let doubtful = |lone: &MapFeature, arcs: &[Arc]| {
+            let stronger = |f: &&MapFeature| {
+                f.status == Status::Confirmed && f.runs > 1 && f.readings > lone.readings
+            };
+            self.features.iter().filter(stronger).any(|other| {
+                alike(other, lone, self.bounds.match_distance)
+                    || explained::explains(&other.shape, arcs)
+            })
         };
+        let confirmed = self
+            .features
+            .iter()
+            .filter(|f| f.status == Status::Confirmed);
+        let settled: Vec<MapFeature> = confirmed
+            .filter(|f| self.lone.get(&f.id).is_some_and(|arcs| doubtful(f, arcs)))
+            .map(|feature| MapFeature {
+                status: Status::Tentative,
+                ..*feature
+            })
+            .collect();
+        for changed in &settled {
+            if let Some(feature) = self.features.iter_mut().find(|f| f.id == changed.id) {
+                *feature = *changed;
+            }
+        }
+        settled
+    }
+
+    fn merge(&mut self, known: MapFeature, shape: Shape, readings: u32) -> Fused {
         let mut feature = MapFeature {
             shape: self.fuse(&known, &shape, readings),
             readings: known.readings.saturating_add(readings),
@@ -84,6 +123,7 @@ impl Map {
             Vec::new()
         };
         feature.status = self.status(&feature);
+        self.lone.remove(&feature.id);
         if let Some(place) = self.features.iter_mut().find(|f| f.id == feature.id) {
             *place = feature;
         }
@@ -102,6 +142,7 @@ impl Map {
             feature.shape = self.fuse(feature, &other.shape, other.readings);
             feature.readings = feature.readings.saturating_add(other.readings);
             feature.runs = feature.runs.saturating_add(other.runs);
+            self.lone.remove(&other.id);
             absorbed.push(other.id);
         }
         absorbed
@@ -150,11 +191,6 @@ impl Map {
 /// points within `match_distance`. The gates of (24) and (25), a standard deviation wide, leave
 /// such duplicates.
 pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
-    let alike = |a: &MapFeature, b: &MapFeature| match (&a.shape, &b.shape) {
-        (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
-        (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
-        _ => false,
-    };
     features
         .iter()
         .enumerate()
@@ -162,9 +198,17 @@ pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
             features
                 .iter()
                 .take(*place)
-                .any(|other| alike(other, feature))
+                .any(|other| alike(other, feature, match_distance))
         })
         .count()
+}
+
+fn alike(a: &MapFeature, b: &MapFeature, match_distance: f64) -> bool {
+    match (&a.shape, &b.shape) {
+        (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
+        (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
+        _ => false,
+    }
 }
 
 fn coincide(a: &Segment, b: &Segment) -> bool {
@@ -213,6 +257,7 @@ mod tests {
     use super::*;
     use crate::geometry::Vec2;
     use crate::tmam::feature::Point;
+    use crate::tmam::fit::testing::arc;
     use nalgebra::Matrix2;
     use proptest::prelude::*;
 
@@ -241,10 +286,15 @@ mod tests {
         }
     }
 
+    /// A run of so many readings.
+    fn readings(n: u32) -> Vec<Arc> {
+        (0..n).map(|k| arc(k, Vec2::zeros(), 0.0, 1.0)).collect()
+    }
+
     fn map_of(segments: &[(Segment, u32)]) -> Map {
         let mut map = Map::new(&Config::default());
         for (segment, n) in segments {
-            map.add(Shape::Line(*segment), *n);
+            map.add(Shape::Line(*segment), &readings(*n));
         }
         map
     }
@@ -291,7 +341,7 @@ mod tests {
             let (a, b, c) = (point(0.0, 0.0), point(e[0], e[1]), point(e[2], e[3]));
             let fused = |order: [(Shape, u32); 3]| {
                 let mut map = Map::new(&Config::default());
-                for (shape, n) in order { map.add(shape, n); }
+                for (shape, n) in order { map.add(shape, &readings(n)); }
                 match only(&map).shape { Shape::Point(p) => p, Shape::Line(_) => panic!("a line") }
             };
             let one = fused([(a, n[0]), (b, n[1]), (c, n[2])]);
@@ -357,10 +407,19 @@ mod tests {
                 covariance: Matrix2::identity(),
             })
         };
-        assert_eq!(map.add(point(0.0), 3).action, Action::Registered(0));
-        assert_eq!(map.add(point(0.3), 3).action, Action::Registered(1));
-        assert_eq!(map.add(point(0.18), 3).action, Action::Merged(1));
-        assert_eq!(map.add(point(0.05), 3).action, Action::Merged(0));
-        assert_eq!(map.add(point(0.6), 3).action, Action::Registered(2));
+        assert_eq!(
+            map.add(point(0.0), &readings(3)).action,
+            Action::Registered(0)
+        );
+        assert_eq!(
+            map.add(point(0.3), &readings(3)).action,
+            Action::Registered(1)
+        );
+        assert_eq!(map.add(point(0.18), &readings(3)).action, Action::Merged(1));
+        assert_eq!(map.add(point(0.05), &readings(3)).action, Action::Merged(0));
+        assert_eq!(
+            map.add(point(0.6), &readings(3)).action,
+            Action::Registered(2)
+        );
     }
 }

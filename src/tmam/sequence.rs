@@ -3,6 +3,7 @@
 use super::arc::Arc;
 use super::opinion::{Gate, Opinion};
 use super::pair::Points;
+use super::spread::Spread;
 use super::triple::{Evidence, Label, Reason, Verdict, judge, turns};
 use crate::config::{Config, Sequence as Bounds};
 
@@ -76,6 +77,7 @@ impl Sequence {
             label,
             evidence: Some(Evidence {
                 angles,
+                spread: Spread::of([&before, &middle, &after]),
                 opinion: Opinion::of(&triple, gate),
             }),
         };

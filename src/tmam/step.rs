@@ -1,7 +1,7 @@
 //! What one step of the machine hands to its observers.
 
 use super::arc::Arc;
-use super::feature::Extraction;
+use super::feature::{Extraction, MapFeature};
 use super::stream::Judgement;
 use super::triple::Verdict;
 
@@ -15,6 +15,8 @@ pub struct Step {
     pub verdicts: Vec<Verdict>,
     /// Features extracted from the runs that closed now, each with what became of it in the map.
     pub extractions: Vec<Extraction>,
+    /// Map features whose status changed at the end of the log.
+    pub settled: Vec<MapFeature>,
     /// Arcs of this and earlier frames of which all is known now: the label, the opinion of the
     /// widest window and that of the run. By sonar in the order of the arcs.
     pub judgements: Vec<Judgement>,

@@ -4,6 +4,7 @@ use super::arc::{Arc, ArcId};
 use super::feature::Kind;
 use super::opinion::Opinion;
 use super::pair::{MIN_BASELINE, PairPoint, Points};
+use super::spread::Spread;
 use crate::config::Triple;
 use crate::geometry::{angle_between, direction};
 
@@ -60,6 +61,8 @@ pub struct Angles {
 pub struct Evidence {
     /// The angles, which decide under the paper's rule.
     pub angles: Angles,
+    /// How far noise spreads them.
+    pub spread: Spread,
     /// What the readings themselves support, within their noise.
     pub opinion: Opinion,
 }

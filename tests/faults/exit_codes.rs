@@ -77,7 +77,8 @@ fn a_log_of_which_nothing_is_left_is_2() {
         let path = bench.put("log.mcap", fault.apply(&whole));
         let run = bench.tmam(&path, "replay {}");
         assert_eq!(run.code, 2, "{fault:?}: {}", run.stderr);
-        assert!(run.stderr.contains("The log is damaged. Lost:\n  - at"));
+        let said = "nothing of log.mcap can be used: it is damaged. Lost:\n  - at";
+        assert!(run.stderr.contains(said), "{}", run.stderr);
         assert_eq!(bench.files().len(), 1);
     }
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use mcap::records::Record;
 use mcap::{Compression, WriteOptions};
-use tmam_replay::log::container::{Loss, walk_in};
+use tmam_replay::log::container::{Loss, Unchecked, walk_in};
 
 use crate::support::{rewrite, sample};
 
@@ -133,8 +133,13 @@ pub fn logs() -> Vec<Pristine> {
 
 /// Reads a log; `None` for one that is refused.
 pub fn read(bytes: &[u8]) -> Option<(Vec<Message>, Vec<Loss>)> {
+    read_with(bytes, Unchecked::LeftOut)
+}
+
+/// As above, with or without what no checksum vouches for.
+pub fn read_with(bytes: &[u8], unchecked: Unchecked) -> Option<(Vec<Message>, Vec<Loss>)> {
     let mut found = Vec::new();
-    let losses = walk_in(Cursor::new(bytes), &mut |channel, message| {
+    let losses = walk_in(Cursor::new(bytes), unchecked, &mut |channel, message| {
         found.push((
             channel.topic.clone(),
             message.log_time,

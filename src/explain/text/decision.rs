@@ -69,6 +69,16 @@ pub fn angles(told: &Explanation) -> String {
             "  so unidentified ({reason}); {margin} short of the nearer label"
         ),
     };
+    let apart = (angles.theta_c - angles.theta_i).abs();
+    if let (Some(c), Some(i)) = (angles.theta_c_sigma, angles.theta_i_sigma)
+        && angles.has_contact
+        && angles.has_intersection
+        && apart < (c * c + i * i).sqrt()
+    {
+        text.push_str(
+            "  The two angles differ by less than noise spreads them: too short a base line to decide.\n",
+        );
+    }
     text
 }
 
@@ -127,7 +137,8 @@ pub fn windows(told: &Explanation) -> String {
     text
 }
 
-fn chi2(x: f64) -> String {
+/// A chi2; infinite where the beams have no place for the model.
+pub fn chi2(x: f64) -> String {
     if x.is_finite() {
         format!("{x:.2}")
     } else {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::decision::chi2;
 use super::{count, place};
 use crate::explain::Explanation;
 use crate::explain::outcome::{Place, Registered, RunStory};
@@ -18,12 +19,12 @@ pub fn runs(told: &Explanation) -> String {
     }
     if let Some(map) = told.map {
         let says = match (map.says, map.feature) {
-            ("line", Some(id)) => format!("a line explains this reading (its feature {id})"),
-            ("point", Some(id)) => format!("a point explains this reading (its feature {id})"),
+            ("line", Some(id)) => format!("a line explains this reading (its {id})"),
+            ("point", Some(id)) => format!("a point explains this reading (its {id})"),
             ("ambiguous", _) => "it may be a wall or the point at its end".to_owned(),
             _ => "no confirmed feature explains this reading".to_owned(),
         };
-        let _ = writeln!(text, "  The map that all readings make says: {says}.");
+        let _ = writeln!(text, "  The noise-aware map of the whole log says: {says}.");
     }
     text
 }
@@ -46,11 +47,11 @@ fn run_and_feature(text: &mut String, run: &RunStory) {
     );
     let _ = writeln!(
         text,
-        "    residual {:.2} mm rms; all its readings support: {} (chi2 line {:.1}, point {:.1})",
+        "    residual {:.2} mm rms; all its readings support: {} (chi2 line {}, point {})",
         run.residual_rms * 1e3,
         run.opinion,
-        run.chi2_line,
-        run.chi2_point,
+        chi2(run.chi2_line),
+        chi2(run.chi2_point),
     );
     let became = match (run.action, run.map_id, run.reason) {
         ("registered", Some(id), _) => format!("new in the map as {id}"),

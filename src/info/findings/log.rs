@@ -71,12 +71,25 @@ pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
         "incomplete",
         what,
         "what it held is missing from the map, and sequences break where it was",
-        "everything else is used; a replay ends with exit code 3",
+        if info.channels.is_empty() {
+            ""
+        } else {
+            "everything else is used; a replay ends with exit code 3"
+        },
     ));
 }
 
 /// Stamps.
 pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
+    if let Some(jump) = &info.clock_jump {
+        findings.push(Finding::new(
+            Weight::Serious,
+            "clock-jump",
+            jump.as_str(),
+            "readings meet the poses of another time, or none; the log seems longer than it is",
+            "replay the parts by themselves with --start and --end",
+        ));
+    }
     let used = |role: &'static str| {
         info.channels
             .iter()
@@ -178,9 +191,13 @@ pub fn notes(info: &Info, notes: &[String], findings: &mut Vec<Finding>) {
         let of_channel = |channel: &ChannelFacts| {
             channel.is_unreadable() && note.starts_with(&format!("{} is left out", channel.topic))
         };
-        note.contains("no stamp in their header") || info.channels.iter().any(of_channel)
+        let repeats = note.contains("sonar's last value although the robot moved");
+        note.contains("no stamp in their header")
+            || (repeats && findings.iter().any(|finding| finding.code == "repeats"))
+            || info.channels.iter().any(of_channel)
     };
-    for note in notes.iter().filter(|note| !said(note)) {
+    let unsaid: Vec<&String> = notes.iter().filter(|note| !said(note)).collect();
+    for note in unsaid {
         findings.push(Finding::new(Weight::Notable, "note", note.as_str(), "", ""));
     }
 }

@@ -12,8 +12,18 @@ pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>
     let mut block = |code, what: String, effect: &str, mend: String| {
         findings.push(Finding::new(Weight::Blocking, code, what, effect, mend));
     };
+    let nothing_read = info.channels.is_empty() && !info.losses.is_empty();
+    if nothing_read {
+        block(
+            "nothing-read",
+            "not one message of the log could be read".to_owned(),
+            "there is nothing to replay",
+            "see below what was lost and why".to_owned(),
+        );
+    }
     for obstacle in obstacles {
         match obstacle {
+            LogError::NoRanges { .. } | LogError::NoOdometry { .. } if nothing_read => {}
             LogError::NoRanges { asked, .. } => block(
                 "no-ranges",
                 format!("the log has no range readings{}", because(asked)),

@@ -11,7 +11,7 @@ use super::{MAX_CHUNK, Why};
 const ZSTD_WINDOW_LOG: u32 = 26;
 
 /// How much all chunks of a file may unpack to: a constant, and a multiple of the file's size.
-const BUDGET: (u64, u64) = (1 << 30, 256);
+const BUDGET: (u64, u64) = (512 << 20, 100);
 
 /// Decompresses chunks, one after the other.
 #[derive(Debug)]

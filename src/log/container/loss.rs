@@ -17,6 +17,10 @@ pub struct Loss {
     pub span: Option<(u64, u64)>,
     /// Messages lost, where that is known.
     pub messages: Option<u64>,
+    /// Log time of the last message used before it.
+    pub since: Option<u64>,
+    /// Log time of the first message used behind it.
+    pub until: Option<u64>,
     /// Why it was not used.
     pub why: Why,
     /// Log time of the first message of the log, which times are told from.
@@ -32,11 +36,33 @@ impl Loss {
             what,
             span: None,
             messages: None,
+            since: None,
+            until: None,
             why,
             log_start: None,
         }
     }
+
+    /// Whether messages may have gone with it whose times nothing tells.
+    fn is_undated(&self) -> bool {
+        let may_hold_messages = matches!(
+            self.why,
+            Why::Header
+                | Why::Prefix
+                | Why::Zeros
+                | Why::Cut
+                | Why::TooLarge(_)
+                | Why::Malformed
+                | Why::NoFooter
+        );
+        may_hold_messages && self.span.is_none() && self.what != SUMMARY && self.what != BEHIND
+    }
 }
+
+/// What a loss is called that holds no message.
+pub const SUMMARY: &str = "the summary";
+/// What a loss is called that lies behind the log's end.
+pub const BEHIND: &str = "what follows the log";
 
 /// Why a part of the file was not used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -52,9 +78,15 @@ pub enum Why {
     /// The data section's checksum covers it, and does not agree.
     #[error(
         "the checksum of the data section does not match, and no other covers these messages: any of \
-         them may be damaged, so none is used"
+         them may be damaged, so none is used. input.trust_unchecked = true uses them all the same"
     )]
     DataSection,
+    /// As above; they are used because the configuration says so.
+    #[error(
+        "the checksum of the data section does not match, and no other covers these messages: any of \
+         them may be damaged. All are used, as input.trust_unchecked says"
+    )]
+    Unchecked,
     /// The data section's checksum does not agree, and nothing else is wrong.
     #[error(
         "the checksum of the data section does not match, although that of every chunk does: \
@@ -134,6 +166,12 @@ pub enum Why {
         /// Read.
         read: u64,
     },
+    /// One log put behind another.
+    #[error(
+        "one log ends and another begins: two were joined. The messages of both are used, those of \
+         channels that have other numbers in the second excepted"
+    )]
+    Joined,
     /// Bytes behind the log's end.
     #[error("it is no part of the log that ends before it, and was not read")]
     Trailing,
@@ -152,15 +190,31 @@ impl fmt::Display for Loss {
             write!(f, ", {} bytes", self.bytes)?;
         }
         write!(f, ": {}", self.what)?;
-        if let Some((from, to)) = self.span {
+        // A chunk without messages has none.
+        if let Some((from, to)) = self.span.filter(|span| *span != (0, 0)) {
             f.write_str(" with messages logged from ")?;
-            if let Some(start) = self.log_start {
-                let since = |time: u64| (i128::from(time) - i128::from(start)) as f64 * 1e-9;
-                let (from, to) = (since(from), since(to));
+            if self.log_start.is_some() {
+                let (from, to) = (self.seconds(from), self.seconds(to));
                 write!(f, "{from:.3} s to {to:.3} s after the first, ")?;
             }
             let (from, to) = (from as f64 * 1e-9, to as f64 * 1e-9);
             write!(f, "{from:.3} s to {to:.3} s by the clock")?;
+        }
+        match (self.since, self.until) {
+            _ if !self.is_undated() => {}
+            (Some(since), Some(until)) => write!(
+                f,
+                ", between messages logged {:.3} s and {:.3} s after the first",
+                self.seconds(since),
+                self.seconds(until)
+            )?,
+            (Some(since), None) => write!(
+                f,
+                ", behind a message logged {:.3} s after the first, the last one used",
+                self.seconds(since)
+            )?,
+            (None, Some(_)) => f.write_str(", before the first message used")?,
+            (None, None) => {}
         }
         match self.messages {
             Some(1) => f.write_str(", 1 message lost")?,
@@ -168,6 +222,22 @@ impl fmt::Display for Loss {
             None => {}
         }
         write!(f, ": {}", self.why)
+    }
+}
+
+impl Loss {
+    /// Seconds from the first message of the log to a log time.
+    fn seconds(&self, time: u64) -> f64 {
+        let start = self.log_start.unwrap_or_default();
+        (i128::from(time) - i128::from(start)) as f64 * 1e-9
+    }
+}
+
+/// The span that holds both.
+pub fn wider(one: Option<(u64, u64)>, other: Option<(u64, u64)>) -> Option<(u64, u64)> {
+    match (one, other) {
+        (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
+        (one, other) => one.or(other),
     }
 }
 
@@ -179,6 +249,10 @@ const MOST: usize = 200;
 pub struct Losses {
     list: Vec<Loss>,
     more: u64,
+    /// From here on, what lies behind a loss is not yet known.
+    open: usize,
+    /// From here on, nor is what lies before it.
+    new: usize,
 }
 
 impl Losses {
@@ -196,15 +270,33 @@ impl Losses {
         }
     }
 
+    /// Dates the losses by the messages used in one step: those from before it by the `first`, its
+    /// own by the `last` of all so far.
+    pub fn date(&mut self, first: Option<u64>, last: Option<u64>) {
+        if let Some(first) = first {
+            for loss in self.list.get_mut(self.open..self.new).unwrap_or_default() {
+                loss.until = Some(first);
+            }
+            self.open = self.new;
+        }
+        for loss in self.list.get_mut(self.new..).unwrap_or_default() {
+            loss.since = last;
+        }
+        self.new = self.list.len();
+    }
+
     /// Adds a message outside of chunks: one loss for all that follow each other for one reason.
-    pub fn add_message(&mut self, offset: u64, end: u64, why: Why) {
+    pub fn add_message(&mut self, offset: u64, end: u64, log_time: Option<u64>, why: Why) {
         const WHAT: &str = "messages";
+        let span = log_time.map(|time| (time, time));
         match self.list.last_mut() {
             Some(last) if last.why == why && last.what == WHAT => {
                 last.bytes = end.saturating_sub(last.offset);
                 last.messages = last.messages.map(|count| count + 1);
+                last.span = wider(last.span, span);
             }
             _ => self.add(Loss {
+                span,
                 messages: Some(1),
                 ..Loss::new(offset, end.saturating_sub(offset), WHAT, why)
             }),

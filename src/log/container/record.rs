@@ -15,7 +15,9 @@ pub mod op {
     pub const CHUNK: u8 = 0x06;
     pub const MESSAGE_INDEX: u8 = 0x07;
     pub const CHUNK_INDEX: u8 = 0x08;
+    pub const ATTACHMENT: u8 = 0x09;
     pub const STATISTICS: u8 = 0x0B;
+    pub const METADATA: u8 = 0x0C;
     pub const SUMMARY_OFFSET: u8 = 0x0E;
     pub const DATA_END: u8 = 0x0F;
     /// From here on opcodes belong to applications.

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use super::loss::{Loss, Why};
+use super::loss::{BEHIND, Loss, SUMMARY, Why};
 use super::record::{self, ChunkHeader, PREFIX, op};
 use super::scan::{self, Prefix, Sought, next_record};
 use super::walker::{Next, Walker};
@@ -47,7 +47,26 @@ impl<R: Read + Seek> Walker<'_, R> {
             messages,
             ..Loss::new(at, next.min(end) - at, "a chunk", why)
         });
+        // Behind a good length stand the chunk's message indexes, which nobody misses.
+        if next > end && !self.could_begin(end)? {
+            let why = if self.is_zero(end, next)? {
+                Why::Zeros
+            } else {
+                Why::Prefix
+            };
+            let what = self.stretch(next);
+            self.losses.add(Loss::new(end, next - end, what, why));
+        }
         Ok(Some(next))
+    }
+
+    /// What an unreadable stretch up to some place is called.
+    fn stretch(&self, to: u64) -> &'static str {
+        if to == self.source.length() {
+            "everything to the end of the file"
+        } else {
+            "a part"
+        }
     }
 
     /// The next chunk behind one whose length may be wrong: within it, behind it, or wherever a scan
@@ -138,8 +157,8 @@ impl<R: Read + Seek> Walker<'_, R> {
         };
         let what = match why {
             Why::Cut => self.cut_kind(at)?,
-            _ if next == length => "everything to the end of the file",
-            _ => "a part",
+            Why::Prefix => self.kind(at)?.unwrap_or(self.stretch(next)),
+            _ => self.stretch(next),
         };
         let loss = Loss::new(at, next - at, what, why);
         self.losses.add(match self.places.described(at) {
@@ -193,6 +212,47 @@ impl<R: Read + Seek> Walker<'_, R> {
             ..Loss::new(at, length - at, "the last chunk", why)
         });
         Ok(Some(length))
+    }
+
+    /// Behind the magic bytes of a second log, where the first one ends here and the second follows.
+    pub(super) fn behind_joint(&mut self, at: u64) -> Result<Option<u64>, OpenError> {
+        let length = self.source.length();
+        if self.joints == 0 {
+            return Ok(None); // each look costs a pass over what follows
+        }
+        self.joints -= 1;
+        let mut end = at;
+        while let Some(prefix) = scan::prefix(&mut self.source, end)?
+            && prefix.is_possible()
+            && prefix.end(end) < length
+        {
+            end = prefix.end(end);
+            if prefix.opcode == op::FOOTER {
+                const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
+                let both = [end, end + MAGIC_LENGTH];
+                for magic in both {
+                    if self.source.peek(magic)? != Some(MAGIC) {
+                        return Ok(None);
+                    }
+                }
+                let next = end + 2 * MAGIC_LENGTH;
+                let what = "the end of a log";
+                self.losses.add(Loss::new(at, next - at, what, Why::Joined));
+                return Ok(Some(next));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What a record is called that holds no message.
+    fn kind(&mut self, at: u64) -> Result<Option<&'static str>, OpenError> {
+        let prefix = scan::prefix(&mut self.source, at)?;
+        Ok(match prefix.map(|prefix| prefix.opcode) {
+            Some(op::ATTACHMENT) => Some("an attachment"),
+            Some(op::METADATA) => Some("a metadata record"),
+            Some(op::MESSAGE_INDEX) => Some("a message index"),
+            _ => None,
+        })
     }
 
     /// What the file ends within.
@@ -253,7 +313,7 @@ impl<R: Read + Seek> Walker<'_, R> {
         if self.tail.footer {
             if self.tail.damaged {
                 self.losses
-                    .add(Loss::new(summary, rest, "the summary", Why::Summary));
+                    .add(Loss::new(summary, rest, SUMMARY, Why::Summary));
             }
             return Ok(None);
         }
@@ -270,8 +330,7 @@ impl<R: Read + Seek> Walker<'_, R> {
                 } else {
                     Why::Trailing
                 };
-                let what = "what follows the log";
-                self.losses.add(Loss::new(end, length - end, what, why));
+                self.losses.add(Loss::new(end, length - end, BEHIND, why));
                 return Ok(None);
             }
         }
@@ -280,8 +339,7 @@ impl<R: Read + Seek> Walker<'_, R> {
         } else {
             Why::NoFooter
         };
-        self.losses
-            .add(Loss::new(summary, rest, "the summary", why));
+        self.losses.add(Loss::new(summary, rest, SUMMARY, why));
         Ok(None)
     }
 }

@@ -17,6 +17,10 @@ pub struct Used<'v> {
     pub messages: u64,
     /// Log time of the earliest.
     pub start: Option<u64>,
+    /// Log time of the last one in the file so far.
+    pub last: Option<u64>,
+    /// Log time of the first one since this was last taken.
+    pub next: Option<u64>,
     visit: &'v mut Visit<'v>,
 }
 
@@ -39,6 +43,8 @@ impl<'v> Used<'v> {
             fallback,
             messages: 0,
             start: None,
+            last: None,
+            next: None,
             visit,
         }
     }
@@ -86,6 +92,8 @@ impl<'v> Used<'v> {
         (self.visit)(channel, RawMessage { log_time, data });
         self.messages += 1;
         self.start = Some(self.start.map_or(log_time, |start| start.min(log_time)));
+        self.last = Some(log_time);
+        self.next.get_or_insert(log_time);
         Ok(())
     }
 }

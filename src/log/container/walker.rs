@@ -5,15 +5,15 @@
 use std::io::{Read, Seek};
 
 use super::chunk::Unpacker;
-use super::loss::{Loss, Losses, Why};
+use super::loss::{Loss, Losses, Why, wider};
 use super::place::{Places, is_chunk};
-use super::record::{ChunkHeader, Inner, PREFIX, op};
+use super::record::{self, ChunkHeader, Inner, PREFIX, op};
 use super::scan::{self, Prefix, is_data_end};
 use super::source::Source;
 use super::tail::{DATA_END, Tail};
 use super::trust::data_section;
 use super::used::{Used, Visit};
-use super::{MAGIC, MAX_CHUNK, OpenError};
+use super::{MAGIC, MAX_CHUNK, OpenError, Unchecked};
 
 /// Walks over a file.
 pub struct Walker<'v, R> {
@@ -29,16 +29,26 @@ pub struct Walker<'v, R> {
     pub(super) passed: u64,
     /// Whether the data section's checksum agrees, once that was asked.
     section: Option<bool>,
+    unchecked: Unchecked,
+    /// How many more times a second log is looked for.
+    pub(super) joints: u8,
     /// What no checksum vouches for.
     distrusted: Option<Loss>,
 }
+
+/// Bytes of a message before its content.
+const MESSAGE_HEADER: usize = 22;
 
 /// Where to go on; `None` at the end.
 pub(super) type Next = Result<Option<u64>, OpenError>;
 
 impl<'v, R: Read + Seek> Walker<'v, R> {
     /// Opens a file: its magic bytes and its tail.
-    pub fn new(input: R, visit: &'v mut Visit<'v>) -> Result<Self, OpenError> {
+    pub fn new(
+        input: R,
+        unchecked: Unchecked,
+        visit: &'v mut Visit<'v>,
+    ) -> Result<Self, OpenError> {
         let mut source = Source::new(input)?;
         let mut tail = Tail::read(&mut source)?;
         let begins = source.peek(0)? == Some(MAGIC);
@@ -66,6 +76,8 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             losses,
             passed: MAGIC.len() as u64,
             section: None,
+            unchecked,
+            joints: 64,
             distrusted: None,
         })
     }
@@ -73,8 +85,13 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
     /// Walks to the end.
     pub fn run(mut self) -> Result<Vec<Loss>, OpenError> {
         let mut at = MAGIC.len() as u64;
-        while let Some(next) = self.step(at)? {
-            at = next;
+        loop {
+            let next = self.step(at)?;
+            self.losses.date(self.used.next.take(), self.used.last);
+            match next {
+                Some(next) => at = next,
+                None => break,
+            }
         }
         if let Some(loss) = self.distrusted.take() {
             self.losses.add(loss);
@@ -115,10 +132,13 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         }
         match prefix.opcode {
             op::DATA_END if self.ends_data(at)? => return self.close(at + DATA_END),
-            op::FOOTER if prefix.length == 20 && self.source.peek(end)? == Some(MAGIC) => {
-                return self.close(at);
+            op::FOOTER if self.ends_file(prefix, end)? => return self.close(at),
+            op::DATA_END | op::FOOTER => {
+                return match self.behind_joint(at)? {
+                    Some(next) => Ok(Some(next)),
+                    None => self.go_on(at, None),
+                };
             }
-            op::DATA_END | op::FOOTER => return self.go_on(at, None),
             _ => {}
         }
         if end > length && !self.tail.magic {
@@ -147,6 +167,13 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         })
     }
 
+    /// Whether a record is a footer that ends the file, or may do so where nothing else does.
+    fn ends_file(&mut self, prefix: Prefix, end: u64) -> Result<bool, OpenError> {
+        let is_footer = prefix.length == 20 && self.source.peek(end)? == Some(MAGIC);
+        let is_last = end.saturating_add(MAGIC.len() as u64) == self.source.length();
+        Ok(is_footer && (is_last || !self.tail.footer))
+    }
+
     fn chunk(&mut self, at: u64, prefix: Prefix) -> Next {
         self.chunked = true;
         let end = prefix.end(at);
@@ -157,8 +184,9 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         };
         if header.checksum == 0 && header.compressed > 0 && !self.section_agrees()? {
             let count = self.indexed_messages(end)?;
-            self.distrust(at, end, count);
-            return Ok(Some(end));
+            if self.distrust(at, end, Some(header.span), count) {
+                return Ok(Some(end));
+            }
         }
         let from = at + PREFIX + header.length;
         match self.unpacker.records(&mut self.source, from, &header)? {
@@ -199,8 +227,11 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
     /// A message outside of chunks.
     fn message(&mut self, at: u64, prefix: Prefix) -> Next {
         let end = prefix.end(at);
-        if !self.section_agrees()? {
-            self.distrust(at, end, Some(1));
+        let head = self.source.peek::<MESSAGE_HEADER>(at + PREFIX)?;
+        let log_time = head.and_then(|head| Some(record::message(&head).ok()?.1));
+        if !self.section_agrees()?
+            && self.distrust(at, end, log_time.map(|time| (time, time)), Some(1))
+        {
             return Ok(Some(end));
         }
         // What damaged the record behind it may have begun within it.
@@ -214,7 +245,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             self.used.message(body)
         };
         if let Err(why) = outcome {
-            self.losses.add_message(at, end, why);
+            self.losses.add_message(at, end, log_time, why);
         }
         Ok(Some(end))
     }
@@ -234,7 +265,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
     }
 
     /// Whether a record could begin there, or the file ends.
-    fn could_begin(&mut self, at: u64) -> Result<bool, OpenError> {
+    pub(super) fn could_begin(&mut self, at: u64) -> Result<bool, OpenError> {
         let length = self.source.length();
         Ok(scan::prefix(&mut self.source, at)?
             .is_none_or(|next| next.is_possible() && (next.end(at) <= length || !self.tail.magic)))
@@ -253,16 +284,28 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         Ok(agrees)
     }
 
-    /// Leaves out what the data section's checksum speaks against.
-    fn distrust(&mut self, at: u64, end: u64, messages: Option<u64>) {
+    /// Reports what the data section's checksum speaks against; whether it is to be left out.
+    fn distrust(
+        &mut self,
+        at: u64,
+        end: u64,
+        span: Option<(u64, u64)>,
+        messages: Option<u64>,
+    ) -> bool {
         let what = "all that has no checksum of its own";
+        let (why, left_out) = match self.unchecked {
+            Unchecked::LeftOut => (Why::DataSection, true),
+            Unchecked::Used => (Why::Unchecked, false),
+        };
         let loss = self
             .distrusted
-            .get_or_insert_with(|| Loss::new(at, 0, what, Why::DataSection));
+            .get_or_insert_with(|| Loss::new(at, 0, what, why));
         loss.bytes = end.saturating_sub(loss.offset);
-        if let Some(more) = messages {
+        loss.span = wider(loss.span, span);
+        if let Some(more) = messages.filter(|_| left_out) {
             loss.messages = Some(loss.messages.unwrap_or_default().saturating_add(more));
         }
+        left_out
     }
 
     /// Reports a loss that nothing else has shown, by the number of messages or else by the checksum

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::poses::foxglove_isometry;
-use super::{Content, RangeMessage, frame, optional_time};
+use super::{Content, MOST_SONARS, RangeMessage, frame, optional_time};
 use crate::log::value::{FieldError, Value, missing};
 
 /// `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
@@ -37,7 +37,7 @@ pub fn laser_scan(message: &Value) -> Result<Content, FieldError> {
         max_range: message.distance("range_max")?,
         ranges: message.distances("ranges")?,
     };
-    Ok(Content::Ranges(scan.beams()))
+    Ok(scan.content())
 }
 
 /// `foxglove.LaserScan` as a ring of sonars; it knows no limits of range.
@@ -59,7 +59,7 @@ pub fn foxglove_scan(message: &Value) -> Result<Content, FieldError> {
         max_range: f64::INFINITY,
         ranges: message.distances("ranges")?,
     };
-    Ok(Content::Ranges(scan.beams()))
+    Ok(scan.content())
 }
 
 /// Ranges at bearings that are evenly apart. Radians, metres, seconds.
@@ -79,6 +79,13 @@ struct Scan {
 }
 
 impl Scan {
+    fn content(&self) -> Content {
+        match self.ranges.len() {
+            count if count > MOST_SONARS => Content::Crowd(count),
+            _ => Content::Ranges(self.beams()),
+        }
+    }
+
     fn beams(&self) -> Vec<RangeMessage> {
         if let [range] = self.ranges.as_slice() {
             // One sonar, as wide as the scan.
@@ -185,6 +192,17 @@ mod tests {
         assert_eq!(beams[0].element, None);
         assert!((bearing(&beams[0]) - 0.7).abs() < 1e-12);
         assert!((beams[0].beam_width - 0.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_crowd_of_ranges_is_only_counted() {
+        let many = SCAN.replace(
+            "[1,2,null,4,5]",
+            &format!("[0{}]", ",1".repeat(MOST_SONARS)),
+        );
+        let content = laser_scan(&json::decode(many.as_bytes()).unwrap()).unwrap();
+        assert_eq!(content, Content::Crowd(MOST_SONARS + 1));
+        assert_eq!(content.sonars(), MOST_SONARS + 1);
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-use super::{Demands, Estimate, Fit, Model, Start, estimate};
+use super::consistency::estimate;
+use super::start::Start;
+use super::{Demands, Estimate, Fit, Model};
 use crate::geometry::{Pose2, Vec2, direction, unit, wrap_angle};
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Rejection, Segment, Shape};

@@ -5,7 +5,9 @@
 
 use nalgebra::{RowVector2, Vector2};
 
-use super::{Demands, Estimate, Fit, Model, Start, estimate};
+use super::consistency::estimate;
+use super::start::Start;
+use super::{Demands, Estimate, Fit, Model};
 use crate::geometry::direction;
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Point, Rejection, Shape};

@@ -1,0 +1,225 @@
+//! Why a log cannot be replayed, and what to do then.
+
+use std::path::{Path, PathBuf};
+
+use super::container::OpenError;
+use super::messages::MOST_SONARS;
+use crate::config::file::ConfigError;
+
+/// Why a log cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is something else.
+    #[error(
+        "{} is not an MCAP file: it does not begin with the MCAP magic bytes. Convert other logs \
+         first (`ros2 bag convert` for a rosbag2 folder of .db3 files, `mcap convert` for a ROS 1 bag)",
+        path.display()
+    )]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Something that has no end to begin with.
+    #[error(
+        "{} is a pipe or a device. A log is read from its end first: write it into a file",
+        path.display()
+    )]
+    NoFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// More than fits into the memory that is allowed.
+    #[error(
+        "{file} has more than {most} readings and odometry samples, as many as are held in memory. Leave \
+         some topics out with --range-topic and --odom-topic, or raise input.max_readings (60 bytes of \
+         memory for each)"
+    )]
+    TooManyReadings {
+        /// The log.
+        file: String,
+        /// The limit.
+        most: u64,
+    },
+    /// More messages than a file of its length has room for, by any honest packing.
+    #[error(
+        "{file} has {bytes} bytes and more than {most} messages of sonars, odometry and transforms: no \
+         recording packs so tightly. If it is right all the same, raise input.max_readings to the number of \
+         its readings"
+    )]
+    TooDense {
+        /// The log.
+        file: String,
+        /// Bytes of the file.
+        bytes: u64,
+        /// The limit.
+        most: u64,
+    },
+    /// Nothing that measures ranges.
+    #[error("{file} has no range readings{}. {} Messages of other types can be described by field paths, under \
+         [channel.\"/topic\"] in the configuration", because(.asked), list("The log holds", .found))]
+    NoRanges {
+        /// The log.
+        file: String,
+        /// Topic patterns that were asked for.
+        asked: Vec<String>,
+        /// The log's channels.
+        found: Vec<String>,
+    },
+    /// Nothing that says where the robot was.
+    #[error("{file} has no odometry{}. {}", because(.asked), list("The log holds", .found))]
+    NoOdometry {
+        /// The log.
+        file: String,
+        /// Topic patterns that were asked for.
+        asked: Vec<String>,
+        /// The log's channels.
+        found: Vec<String>,
+    },
+    /// Several odometry topics.
+    #[error("{file} has more than one odometry topic: {}. Choose one with --odom-topic", topics.join(", "))]
+    ManyOdometries {
+        /// The log.
+        file: String,
+        /// The topics.
+        topics: Vec<String>,
+    },
+    /// A sonar whose place on the robot is unknown.
+    #[error(transparent)]
+    NoMount(Box<MissingMount>),
+    /// A sonar whose beam width is unknown.
+    #[error(
+        "sonar `{sonar}` (topic {topic}) gives no beam width: its field_of_view is 0 or NaN. Set \
+         sonars.beam_width, or beam_width under [sonar.\"{sonar}\"], in the configuration (deg, full angle)"
+    )]
+    NoBeamWidth {
+        /// The sonar's name.
+        sonar: String,
+        /// Its topic.
+        topic: String,
+    },
+    /// Odometry that does not say what it moves.
+    #[error(
+        "the odometry on {topic} does not name the frame that it moves, and the sonars' transforms lead \
+         to {}. Set input.robot_frame in the configuration",
+        if carriers.is_empty() { "none".to_owned() } else { carriers.join(", ") }
+    )]
+    NoRobotFrame {
+        /// The topic.
+        topic: String,
+        /// The frames that carry sonars.
+        carriers: Vec<String>,
+    },
+    /// More sonars than can be told apart.
+    #[error("{file} has more than {MOST_SONARS} sonars; choose topics with --range-topic")]
+    TooManySonars {
+        /// The log.
+        file: String,
+    },
+    /// The configuration.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A log of which nothing is left.
+    #[error("nothing of {file} can be used: it is damaged. Lost:{}", itemised(.losses))]
+    Unreadable {
+        /// The log.
+        file: String,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
+    /// A damaged log, of which too little is left.
+    #[error("{source}\nThe log is damaged. Lost:{}", itemised(.losses))]
+    Damaged {
+        /// What is missing.
+        source: Box<LogError>,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
+}
+
+/// A line for every item, as far as anyone reads them.
+pub fn itemised(items: &[String]) -> String {
+    const SHOWN: usize = 10;
+    let mut text: String = items
+        .iter()
+        .take(SHOWN)
+        .map(|item| format!("\n  - {item}"))
+        .collect();
+    if let more @ 1.. = items.len().saturating_sub(SHOWN) {
+        text.push_str(&format!(
+            "\n  - and {more} more; `tmam info --json` lists all of them"
+        ));
+    }
+    text
+}
+
+/// A sonar whose place on the robot is unknown.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
+     configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
+     yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
+    list("Frames with a transform:", .frames)
+)]
+pub struct MissingMount {
+    /// The sonar's name.
+    pub sonar: String,
+    /// Its topic.
+    pub topic: String,
+    /// Its frame.
+    pub frame: String,
+    /// The robot's frame.
+    pub robot_frame: String,
+    /// What stands in the way.
+    pub why: String,
+    /// Every frame of the transform tree.
+    pub frames: Vec<String>,
+}
+
+impl LogError {
+    pub(super) fn open(path: &Path, error: OpenError) -> Self {
+        let path = path.to_owned();
+        match error {
+            OpenError::Io(source) => Self::Io { path, source },
+            OpenError::NotMcap => Self::NotMcap { path },
+            OpenError::NoFile => Self::NoFile { path },
+        }
+    }
+}
+
+fn because(asked: &[String]) -> String {
+    if asked.is_empty() {
+        String::new()
+    } else {
+        format!(" on the topics asked for ({})", asked.join(", "))
+    }
+}
+
+fn list(head: &str, items: &[String]) -> String {
+    const SHOWN: usize = 16;
+    let more = items.len().saturating_sub(SHOWN);
+    let tail = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
+    match items {
+        [] => format!("{head} nothing."),
+        _ => format!(
+            "{head} {}{tail}.",
+            items
+                .iter()
+                .take(SHOWN)
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    }
+}

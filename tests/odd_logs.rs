@@ -1,0 +1,199 @@
+//! Logs with something odd about them, from outside: what is said of it and what is done.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing
+)]
+
+mod support;
+
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+
+use support::{Bench, Message, Run, rewrite, sample};
+
+const SECOND: u64 = 1_000_000_000;
+
+fn log() -> PathBuf {
+    sample("room_drive.mcap")
+}
+
+fn changed(change: impl Fn(Message) -> Vec<Message>) -> Vec<u8> {
+    rewrite(&log(), mcap::WriteOptions::new(), change)
+}
+
+fn replay(bench: &Bench, bytes: &[u8]) -> Run {
+    let path = bench.put("log.mcap", bytes);
+    bench.tmam(&path, "replay {} --features f")
+}
+
+fn says(run: &Run, code: i32, words: &[&str]) {
+    assert_eq!(run.code, code, "{}", run.stderr);
+    for word in words {
+        assert!(run.stderr.contains(word), "no {word}: {}", run.stderr);
+    }
+}
+
+fn is_range(message: &Message) -> bool {
+    message.topic.starts_with("/sonar")
+}
+
+/// Where the field of view of a Range message lies: behind a header and a byte.
+fn field_of_view(data: &[u8]) -> std::ops::Range<usize> {
+    let frame = u32::from_le_bytes(data[12..16].try_into().unwrap()) as usize;
+    let radiation = 16 + frame;
+    let start = 4 + (radiation + 1 - 4).next_multiple_of(4);
+    start..start + 4
+}
+
+#[test]
+fn readings_without_beam_width_take_that_of_the_others() {
+    let count = Cell::new(0);
+    let bytes = changed(|mut message| {
+        if message.topic.ends_with("sonar_03") && count.replace(count.get() + 1) < 7 {
+            let place = field_of_view(&message.data);
+            message.data[place].fill(0);
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let run = replay(&bench, &bytes);
+    says(
+        &run,
+        0,
+        &["7 readings of sonar `sonar_03` give no beam width; the 22.5 deg"],
+    );
+    let original = bench.put("whole.mcap", std::fs::read(log()).unwrap());
+    assert_eq!(bench.tmam(&original, "replay {} --features g").code, 0);
+    assert_eq!(bench.json("f")["features"], bench.json("g")["features"]);
+}
+
+#[test]
+fn a_clock_that_was_set_is_told_by_replay_and_info() {
+    let start = Cell::new(0);
+    let bytes = changed(|mut message| {
+        start.set(if start.get() == 0 {
+            message.log_time
+        } else {
+            start.get()
+        });
+        if is_range(&message) && message.log_time > start.get() + 40 * SECOND {
+            message.shift_stamp(3600);
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let run = replay(&bench, &bytes);
+    let said = "messages of 16 of 16 sonars was set while they were recorded: by +36";
+    says(&run, 0, &[said, "readings have no pose and are dropped"]);
+    let info = bench.tmam(&bench.path("log.mcap"), "info {} --json");
+    assert!(info.stdout.contains("\"clock-jump\""), "{}", info.stdout);
+}
+
+#[test]
+fn clocks_that_differ_are_told() {
+    let bytes = changed(|mut message| {
+        if is_range(&message) {
+            message.shift_stamp(-2);
+        }
+        vec![message]
+    });
+    let run = replay(&Bench::new(), &bytes);
+    says(&run, 0, &["ranges take 2.000 s and odometry 0.000 s"]);
+}
+
+#[test]
+fn messages_that_come_twice_or_out_of_order_are_told_apart() {
+    let twice = changed(|message| {
+        let again = Message {
+            data: message.data.clone(),
+            topic: message.topic.clone(),
+            ..message
+        };
+        if is_range(&message) {
+            vec![message, again]
+        } else {
+            vec![message]
+        }
+    });
+    let run = replay(&Bench::new(), &twice);
+    says(
+        &run,
+        0,
+        &["carry the stamp of another one of the same sonar"],
+    );
+    // What the log's own order of recording puts right is not worth a word.
+    let disordered = changed(|message| {
+        let rank = u8::from((message.log_time / SECOND).is_multiple_of(2));
+        vec![Message { rank, ..message }]
+    });
+    let run = replay(&Bench::new(), &disordered);
+    says(&run, 0, &[]);
+    assert!(!run.stderr.contains("stamped earlier"), "{}", run.stderr);
+}
+
+#[test]
+fn transforms_that_are_none_are_counted() {
+    let bytes = changed(|mut message| {
+        if message.topic == "/tf_static" {
+            let rotation = message.data.len() - 32..;
+            message.data[rotation].fill(0);
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let run = replay(&bench, &bytes);
+    says(&run, 2, &["no mounting pose for sonar frame `sonar_15`"]);
+    bench.put("tmam.toml", "[sonar.sonar_15]\nx = 0\ny = 0\nyaw = 0\n");
+    let path = bench.path("log.mcap");
+    let run = bench.tmam(&path, "replay {} --features f --config tmam.toml");
+    says(
+        &run,
+        0,
+        &["transforms that hold no pose", "1, of `sonar_15`"],
+    );
+}
+
+#[test]
+fn more_readings_than_are_held_are_refused() {
+    let bench = Bench::new();
+    let arguments = "replay {} --features f --set input.max_readings=1000";
+    let run = bench.tmam(&log(), arguments);
+    let said = "more than 1000 readings and odometry samples";
+    says(&run, 2, &[said, "raise input.max_readings"]);
+    assert!(bench.files().is_empty());
+    let info = bench.tmam(&log(), "info {} --set input.max_readings=1000");
+    says(&info, 2, &[said]);
+}
+
+#[test]
+fn an_unchunked_log_whose_checksum_fails_is_read_when_asked_for() {
+    let options = mcap::WriteOptions::new().use_chunks(false);
+    let mut bytes = rewrite(&log(), options, |message| vec![message]);
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    let bench = Bench::new();
+    says(
+        &replay(&bench, &bytes),
+        2,
+        &["input.trust_unchecked = true"],
+    );
+    let path = bench.path("log.mcap");
+    let run = bench.tmam(
+        &path,
+        "replay {} --features f --set input.trust_unchecked=true",
+    );
+    says(&run, 3, &["any of them may be damaged"]);
+    assert_eq!(bench.json("f")["source"]["complete"], false);
+    let arguments = "replay {} --strict --set input.trust_unchecked=true";
+    assert_eq!(bench.tmam(&path, arguments).code, 2);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_device_is_no_log() {
+    let run = Bench::new().tmam(Path::new("/dev/null"), "replay {}");
+    says(&run, 2, &["is a pipe or a device", "write it into a file"]);
+}
