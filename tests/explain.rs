@@ -234,14 +234,19 @@ fn what_is_not_there_is_said_with_what_is() {
         assert!(run.stderr.contains(said), "no {said} in {}", run.stderr);
         assert!(run.stdout.is_empty());
     }
+    // A frame in which some sonar has no arc.
     let rows = trace(&bench, PAPER);
-    let frames = rows.iter().filter(|row| row["sensor"] == "sonar_00");
-    let with_echo: Vec<u64> = frames.map(|row| row["frame"].as_u64().unwrap()).collect();
-    let silent = (0..).find(|frame| !with_echo.contains(frame)).unwrap();
-    let run = bench.tmam(
-        &log,
-        &format!("explain {{}} --sensor sonar_00 --frame {silent}"),
-    );
+    let has = |sensor: &str, frame: u64| {
+        rows.iter()
+            .any(|row| row["sensor"] == sensor && row["frame"] == frame)
+    };
+    let all = (0..16).flat_map(|n| (0..150).map(move |frame| (format!("sonar_{n:02}"), frame)));
+    let (sensor, frame) = all
+        .into_iter()
+        .find(|(sensor, frame)| !has(sensor, *frame))
+        .unwrap();
+    let arguments = format!("explain {{}} --sensor {sensor} --frame {frame}");
+    let run = bench.tmam(&log, &arguments);
     assert_eq!(run.code, 2);
     assert!(
         run.stderr.contains("nothing echoed; its nearest arc"),

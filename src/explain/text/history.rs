@@ -33,11 +33,11 @@ fn run_and_feature(text: &mut String, run: &RunStory) {
     let part = match (run.labelled, run.left_out) {
         (_, true) => ", which leaves this one out",
         (true, false) => "",
-        (false, false) => "; this one only as a neighbour",
+        (false, false) => ", this one unlabelled",
     };
     let _ = writeln!(
         text,
-        "  feature {}: a {} from {} and {} of frames {}-{}{part}",
+        "  feature {}: a {} from {}, {} (frames {}-{}){part}",
         run.feature,
         run.kind,
         count(run.arcs, "labelled arc"),
