@@ -176,7 +176,7 @@ fn a_time_and_a_place_name_an_arc() {
     // The middle of the arc itself.
     let [x, y, yaw, range] =
         ["x", "y", "yaw", "range"].map(|key| told["arc"][key].as_f64().unwrap());
-    let (x, y) = (x + range * yaw.cos(), y + range * yaw.sin());
+    let (x, y) = (x + range * libm::cos(yaw), y + range * libm::sin(yaw));
     let by_place = format!("explain {{}} --json --at {x},{y} --sensor {sensor} {PAPER}");
     let by_place = json(&bench.tmam(&log, &by_place));
     assert_eq!(by_place["arc"], told["arc"]);

@@ -75,8 +75,8 @@ impl Need {
             Bounds::Above(low) => value > low,
             Bounds::AtLeast(low) => value >= low,
         };
-        (2..=12).find_map(|decimals: i32| {
-            let scale = f64::from(10_u32).powi(decimals);
+        (2..=12).find_map(|decimals: u32| {
+            let scale = 10_u64.pow(decimals) as f64;
             let value = if self.relation.is_upward() {
                 (bound * scale).ceil() / scale
             } else {
