@@ -1,6 +1,8 @@
 //! The command line: one file per subcommand, none with logic of its own.
 
+mod check;
 mod config;
+mod diff;
 mod evaluate;
 mod explain;
 mod info;
@@ -32,6 +34,8 @@ enum Command {
         .help("The arc is of a sonar with such a name; every sonar is replayed"))
     )]
     Explain(Box<explain::Args>),
+    Check(Box<check::Args>),
+    Diff(Box<diff::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -47,6 +51,8 @@ impl Cli {
             Command::Info(args) => args.run(),
             Command::Evaluate(args) => args.run(),
             Command::Explain(args) => args.run(),
+            Command::Check(args) => args.run(),
+            Command::Diff(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

@@ -19,7 +19,7 @@ use channel::ChannelFields;
 pub enum Rule {
     /// The paper's rule, with its errors corrected (`docs/algorithm.md`).
     Paper,
-    /// What the readings support within their noise (`docs/algorithm.md`).
+    /// What the readings support within their noise (`docs/algorithm.md`): the default.
     NoiseAware,
 }
 
@@ -225,7 +225,7 @@ pub struct SonarOverride {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            rule: Rule::Paper,
+            rule: Rule::NoiseAware,
             input: Input::default(),
             frames: Frames::default(),
             sequence: Sequence::default(),
@@ -350,6 +350,14 @@ impl Departures {
 }
 
 impl Config {
+    /// The defaults under one rule.
+    pub fn with_rule(rule: Rule) -> Self {
+        Self {
+            rule,
+            ..Self::default()
+        }
+    }
+
     /// In what the rule departs from the paper.
     pub fn departures(&self) -> Departures {
         match self.rule {

@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::check::CheckError;
 use crate::config::file::ConfigError;
+use crate::diff::DiffError;
 use crate::evaluate::TruthError;
 use crate::explain::ExplainError;
+use crate::golden::GoldenError;
 use crate::log::{LogError, itemised};
 use crate::output::OutputError;
 use crate::outputs::OutputsError;
@@ -14,6 +17,8 @@ use crate::simulate::SimulateError;
 
 /// Exit code of a command that finished.
 pub const DONE: u8 = 0;
+/// Exit code of a command whose verdict is no.
+pub const DIFFERS: u8 = 1;
 /// Exit code for usage, configuration or input that cannot be read.
 pub const UNUSABLE: u8 = 2;
 /// Exit code of a command that finished on an incomplete log, or had nothing to judge.
@@ -76,6 +81,24 @@ pub enum Error {
     /// Outputs that cannot be opened together.
     #[error(transparent)]
     Outputs(#[from] OutputsError),
+    /// A check that cannot begin.
+    #[error(transparent)]
+    Check(#[from] CheckError),
+    /// Parameters for a check, which takes them from the golden file.
+    #[error(
+        "check replays each log with the configuration in its golden file, so parameters have no place here; they go \
+         with --bless, or try `tmam diff`"
+    )]
+    ParametersWithoutBless,
+    /// A comparison that cannot begin.
+    #[error(transparent)]
+    Diff(#[from] DiffError),
+    /// A golden file.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    /// A report that cannot be formed.
+    #[error("cannot form the report: {0}")]
+    Report(Box<dyn std::error::Error + Send + Sync>),
     /// The recording.
     #[error(transparent)]
     Recording(#[from] recording::Error),

@@ -5,6 +5,8 @@
 //! a sweep over configurations makes the truth once and a scorer for each run.
 
 mod assignment;
+pub mod errors;
+pub mod extracted;
 pub mod json;
 pub mod labels;
 pub mod map;

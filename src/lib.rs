@@ -10,8 +10,10 @@
 //! events    at a time   features
 //! ```
 
+pub mod check;
 pub mod cli;
 pub mod config;
+pub mod diff;
 pub mod error;
 pub mod evaluate;
 pub mod event;
@@ -19,6 +21,7 @@ pub mod explain;
 pub mod features;
 pub mod frames;
 pub mod geometry;
+pub mod golden;
 pub mod info;
 pub mod log;
 pub mod observer;

@@ -13,6 +13,8 @@ pub struct Requested {
     pub features: Option<PathBuf>,
     /// The trace's file.
     pub trace: Option<PathBuf>,
+    /// The evaluation's file.
+    pub evaluation: Option<PathBuf>,
     /// No recording, even where no output is named.
     pub no_recording: bool,
     /// Shown in an open viewer, which is an output as well.
@@ -28,6 +30,8 @@ pub struct Outputs {
     pub features: Option<Output>,
     /// For the trace.
     pub trace: Option<Output>,
+    /// For the evaluation.
+    pub evaluation: Option<Output>,
 }
 
 /// What was written.
@@ -60,7 +64,12 @@ impl Requested {
     /// # Errors
     /// A file that is named twice or cannot be written.
     pub fn open(mut self, log: &Path) -> Result<Outputs, OutputsError> {
-        let named = [&self.recording, &self.features, &self.trace];
+        let named = [
+            &self.recording,
+            &self.features,
+            &self.trace,
+            &self.evaluation,
+        ];
         if !self.live && named.iter().all(|output| output.is_none()) {
             self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
             self.features = Some(named_after(log, ".features.json"));
@@ -71,15 +80,19 @@ impl Requested {
             recording: create(self.recording)?,
             features: create(self.features)?,
             trace: create(self.trace)?,
+            evaluation: create(self.evaluation)?,
         })
     }
 
     fn refuse_collisions(&self, log: &Path) -> Result<(), OutputsError> {
         let mut taken = vec![place(log)];
-        for path in [&self.recording, &self.features, &self.trace]
-            .into_iter()
-            .flatten()
-        {
+        let named = [
+            &self.recording,
+            &self.features,
+            &self.trace,
+            &self.evaluation,
+        ];
+        for path in named.into_iter().flatten() {
             let place = place(path);
             // What is no file can be written to twice.
             let is_file = !path.exists() || path.is_file();
@@ -118,10 +131,8 @@ impl Outputs {
     /// When one of them cannot take its name.
     pub fn commit(self) -> Result<Written, OutputError> {
         let mut written = Written::default();
-        for output in [self.recording, self.features, self.trace]
-            .into_iter()
-            .flatten()
-        {
+        let outputs = [self.recording, self.features, self.trace, self.evaluation];
+        for output in outputs.into_iter().flatten() {
             let path = output.path().to_owned();
             output.commit()?;
             if is_stdout(&path) {

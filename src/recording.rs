@@ -14,6 +14,7 @@ mod hold;
 pub mod live;
 mod log;
 mod map;
+mod overlay;
 mod plots;
 mod robot;
 mod style;
@@ -21,6 +22,7 @@ mod suspects;
 mod table;
 #[cfg(test)]
 mod tests;
+mod truth;
 mod views;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -42,14 +44,19 @@ use self::hold::{Held, Hold};
 use self::live::{Live, LiveError};
 use self::log::LogTable;
 use self::map::MapTables;
+use self::overlay::OverlayTable;
+pub use self::overlay::{Overlay, Sketched};
 use self::plots::Limits;
 use self::robot::RobotTables;
 use self::suspects::SuspectTables;
 use self::table::{Moment, Timelines, put_static};
+pub use self::truth::Evaluated;
+use self::truth::TruthTables;
 use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError, Setting};
 use crate::tmam::step::Step;
+use crate::world::World;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -102,6 +109,9 @@ pub struct Recording<W: Write> {
     robot: RobotTables,
     log: LogTable,
     suspects: SuspectTables,
+    truth: Option<TruthTables>,
+    overlay: Overlay,
+    marks: OverlayTable,
 }
 
 impl<W: Write> Recording<W> {
@@ -110,11 +120,32 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
-        Self::with_viewer(out, None, false, setting)
+        Self::start(out, setting, Overlay::default(), None, None)
     }
 
-    /// The same with an open viewer that is shown everything. When it goes away that is an error
-    /// where the recording is `only_live`; else it goes on without, and [`lost`](Self::lost) says so.
+    /// Starts a recording of a replay that has been evaluated, with the truth and the errors in it.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn of_evaluated(
+        out: W,
+        setting: Setting<'_>,
+        evaluated: Evaluated<'_>,
+    ) -> Result<Self, Error> {
+        Self::start(out, setting, Overlay::default(), Some(evaluated), None)
+    }
+
+    /// Starts a recording with something drawn over it.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn overlaid(out: W, setting: Setting<'_>, overlay: Overlay) -> Result<Self, Error> {
+        Self::start(out, setting, overlay, None, None)
+    }
+
+    /// Starts a recording that an open viewer, where there is one, is shown as well. When it goes
+    /// away that is an error where the recording is `only_live`; else it goes on without, and
+    /// [`lost`](Self::lost) says so.
     ///
     /// # Errors
     /// When `out` cannot be written to.
@@ -124,8 +155,21 @@ impl<W: Write> Recording<W> {
         only_live: bool,
         setting: Setting<'_>,
     ) -> Result<Self, Error> {
+        let live = viewer.map(|viewer| (viewer, only_live));
+        Self::start(out, setting, Overlay::default(), None, live)
+    }
+
+    fn start(
+        out: W,
+        setting: Setting<'_>,
+        overlay: Overlay,
+        evaluated: Option<Evaluated<'_>>,
+        live: Option<(Live, bool)>,
+    ) -> Result<Self, Error> {
+        let (viewer, only_live) = live.map_or((None, false), |(viewer, only)| (Some(viewer), only));
         let source = setting.source;
-        let [recording, blueprint] = store_ids(&setting);
+        let world = evaluated.map(|evaluated| evaluated.truth.world());
+        let [recording, blueprint] = store_ids(&setting, world);
         let mut out = RrdWriter::new(out, viewer, recording, blueprint, source.start_ns)?;
         let limits = Limits {
             gamma: setting.config.triple.gamma,
@@ -138,7 +182,7 @@ impl<W: Write> Recording<W> {
                 .with_start_time(source.start_ns),
             &mut out,
         )?;
-        put_static("/about", &about::page(&setting), &mut out)?;
+        put_static("/about", &about::page(&setting, &overlay.about), &mut out)?;
         // A 2D view has y down: turn the world over.
         put_static(
             "/world",
@@ -151,12 +195,20 @@ impl<W: Write> Recording<W> {
         suspects::put_styles(&mut out)?;
         closed::put_styles(&mut out)?;
         robot::put_styles(setting.sonars, &mut out)?;
+        let truth = evaluated
+            .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
+            .transpose()?;
+        let lines = Timelines::new(source.start_ns);
+        if overlay != Overlay::default() {
+            overlay.put(&mut out)?;
+            overlay.note(setting.sonars, lines, &mut out)?;
+        }
         Ok(Self {
             out: Some(out),
             done: None,
             only_live,
             lost: None,
-            lines: Timelines::new(source.start_ns),
+            lines,
             sonars: setting.sonars.to_vec(),
             limits,
             beam_width: limits.gamma,
@@ -172,6 +224,9 @@ impl<W: Write> Recording<W> {
             robot: RobotTables::new(),
             log: LogTable::new(setting.sonars),
             suspects: SuspectTables::new(setting.sonars),
+            truth,
+            overlay,
+            marks: OverlayTable::new(),
         })
     }
 
@@ -217,11 +272,14 @@ impl<W: Write> Recording<W> {
             self.extent.echo(arc);
             self.beam_width = self.beam_width.max(arc.beam_width);
         }
-        self.robot
-            .push(at, frame.world_from_robot, self.lines, out)?;
-        self.hold.push(Held::new(at, frame, step));
-        self.suspects.pass(at);
+        if self.overlay.shows(frame.index) {
+            self.robot
+                .push(at, frame.world_from_robot, self.lines, out)?;
+            self.hold.push(Held::new(at, frame, step));
+            self.suspects.pass(at);
+        }
         self.digest(at, step)?;
+        self.judge(at, step)?;
         let lost = self.out.as_mut().and_then(RrdWriter::lost);
         self.lose(lost)
     }
@@ -240,11 +298,21 @@ impl<W: Write> Recording<W> {
         }
         while let Some(ready) = self.hold.pop() {
             self.decided.write(&ready, &self.sonars, self.lines, out)?;
+            self.marks
+                .push(&ready, &self.overlay, &self.sonars, self.lines, out)?;
         }
         self.closed.note(step);
         self.log.push(at, &step.extractions, self.lines, out)?;
         self.suspects.note(&step.judgements);
         self.map.update(at, step, self.lines, out)
+    }
+
+    /// What is wrong in a frame.
+    fn judge(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
+        match (&mut self.truth, self.out.as_mut()) {
+            (Some(truth), Some(out)) => truth.push(at, &step.arcs, &mut self.log, self.lines, out),
+            _ => Ok(()),
+        }
     }
 
     fn end(&mut self, step: &Step) -> Result<(), Error> {
@@ -262,6 +330,8 @@ impl<W: Write> Recording<W> {
         let (lines, out_ref) = (self.lines, &mut out);
         while let Some(ready) = self.hold.drain() {
             self.decided.write(&ready, &self.sonars, lines, out_ref)?;
+            self.marks
+                .push(&ready, &self.overlay, &self.sonars, lines, out_ref)?;
         }
         if let Some((first, last)) = self.span {
             self.closed.push(last, lines, out_ref)?;
@@ -279,7 +349,11 @@ impl<W: Write> Recording<W> {
             self.log
                 .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
         }
+        if let Some(truth) = &mut self.truth {
+            truth.finish(last, lines, out_ref)?;
+        }
         self.decided.flush(lines, out_ref)?;
+        self.marks.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
         self.map.flush(lines, out_ref)?;
         self.robot.flush(lines, out_ref)?;
@@ -298,6 +372,8 @@ impl<W: Write> Recording<W> {
             beam_width: self.beam_width,
             gate: self.limits.gate,
             stamp: lines.stamp,
+            evaluated: self.truth.is_some(),
+            first: self.overlay.first_frame,
         };
         blueprint::put(&layout, out_ref)?;
         let (done, lost) = out.finish()?;
@@ -343,10 +419,14 @@ const MAX_STEM: usize = 100;
 /// Names for the recording and its blueprint that follow from log and configuration.
 ///
 /// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
-/// so each log is its own application. Two configurations over one log are two recordings of it.
-fn store_ids(setting: &Setting<'_>) -> [StoreId; 2] {
+/// so each log is its own application. Two configurations over one log are two recordings of it, and
+/// so is one held against a world.
+fn store_ids(setting: &Setting<'_>, world: Option<&World>) -> [StoreId; 2] {
     let source = setting.source;
-    let content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    let mut content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    if let Some(world) = world {
+        content.push_str(&serde_json::to_string(world).unwrap_or_default());
+    }
     // Other characters are not allowed in an application's name.
     let stem = source
         .file

@@ -134,7 +134,9 @@ impl<'a> Replay<'a> {
             .iter()
             .filter(is_selected)
             .min_by(|a, b| a.beam_width.total_cmp(&b.beam_width));
-        if let Some(reading) = narrowest.filter(|r| r.beam_width <= config.triple.gamma) {
+        let by_angles = !config.departures().label_by_opinion;
+        let too_narrow = |r: &&RangeReading| by_angles && r.beam_width <= config.triple.gamma;
+        if let Some(reading) = narrowest.filter(too_narrow) {
             return Err(ReplayError::GammaBeyondBeam {
                 gamma: config.triple.gamma,
                 beam_width: reading.beam_width,

@@ -18,7 +18,14 @@ pub fn closing(setting: &Setting<'_>, outcome: &Outcome, written: &[PathBuf]) ->
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write(&mut text, setting, outcome);
-    for path in written {
+    text.push_str(&self::written(written));
+    text
+}
+
+/// The files that were written, and how to open them.
+pub fn written(files: &[PathBuf]) -> String {
+    let mut text = String::new();
+    for path in files {
         let _ = writeln!(text, "wrote      {}", path.display());
         if path.extension().is_some_and(|extension| extension == "rrd") {
             let _ = writeln!(

@@ -152,7 +152,7 @@ fn row<'a>(judgement: &Judgement, sonars: &'a [Sonar]) -> Row<'a> {
         theta_i_sigma: evidence.and_then(|e| e.spread.theta_i),
         contact_points: points(|p| &p.contact),
         intersection_points: points(|p| &p.intersection),
-        margin: evidence.map(|e| e.angles.margin),
+        margin: verdict.margin,
         opinion: evidence.map(|e| e.opinion.support.name()),
         chi2_line: evidence.map(|e| e.opinion.chi2_line),
         chi2_point: evidence.map(|e| e.opinion.chi2_point),

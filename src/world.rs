@@ -22,6 +22,9 @@ const SAME_PLACE: f64 = 1e-9;
 /// The shortest wall that has a direction, metres.
 const MIN_WALL_LENGTH: f64 = 1e-6;
 
+/// The most walls and listed points of a world: an echo is looked for among all of them.
+const LARGEST: usize = 5_000;
+
 /// A straight wall between two ends, metres in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
@@ -97,6 +100,14 @@ pub enum WorldError {
     /// Nothing to see.
     #[error("the world is empty; give it at least one wall or point")]
     Empty,
+    /// More than can be looked through for every reading.
+    #[error(
+        "the world has {things} walls and points, more than {LARGEST}; leave out what no sonar can see"
+    )]
+    TooLarge {
+        /// How many.
+        things: usize,
+    },
     /// A wall end or a point is infinite or not a number.
     #[error("{kind} {index} has a coordinate that is not finite")]
     NotFinite {
@@ -138,6 +149,10 @@ impl World {
     pub fn new(walls: Vec<Wall>, points: Vec<Vec2>) -> Result<Self, WorldError> {
         if walls.is_empty() && points.is_empty() {
             return Err(WorldError::Empty);
+        }
+        let things = walls.len() + points.len();
+        if things > LARGEST {
+            return Err(WorldError::TooLarge { things });
         }
         let finite = |p: &Vec2| p.iter().all(|coordinate| coordinate.is_finite());
         for (index, wall) in walls.iter().enumerate() {

@@ -217,8 +217,13 @@ fn standard_types_need_no_definition() {
         })
         .collect();
     let path = bench.put("bare.mcap", log(&bare));
-    assert_eq!(bench.tmam(&original, "replay {} --trace a").code, 0);
-    let run = bench.tmam(&path, "replay {} --trace b");
+    assert_eq!(
+        bench
+            .tmam(&original, "replay {} --rule paper --trace a")
+            .code,
+        0
+    );
+    let run = bench.tmam(&path, "replay {} --rule paper --trace b");
     assert_eq!(run.code, 0, "{}", run.stderr);
     let labels = |name: &str| -> Vec<Value> {
         let rows = bench.json_lines(name);

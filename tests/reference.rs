@@ -24,7 +24,10 @@ fn rows(text: &str) -> Vec<Value> {
 fn every_row_of_the_trace_is_what_the_rule_gives() {
     let expected = rows(include_str!("reference/room_drive.jsonl"));
     let bench = Bench::new();
-    let run = bench.tmam(&sample("room_drive.mcap"), "replay {} --trace t");
+    let run = bench.tmam(
+        &sample("room_drive.mcap"),
+        "replay {} --rule paper --trace t",
+    );
     assert_eq!(run.code, 0, "{}", run.stderr);
     let found = bench.json_lines("t");
     assert!(expected.len() > 400 && found.len() > expected.len());

@@ -1,4 +1,5 @@
-//! The paper's room without noise: every label must be right, and Table I in the map.
+//! The paper's room: without noise every label of the paper's rule must be right and Table I in the
+//! map; with noise the noise-aware rule must have exactly its features.
 
 #![allow(
     clippy::unwrap_used,
@@ -44,7 +45,10 @@ fn replayed(motion: &str) -> Bench {
     let bench = Bench::new();
     let made = bench.tmam(Path::new(""), &format!("simulate -o room.mcap {motion}"));
     assert_eq!(made.code, 0, "{}", made.stderr);
-    let run = bench.tmam(&bench.path("room.mcap"), "replay {} --features f --trace t");
+    let run = bench.tmam(
+        &bench.path("room.mcap"),
+        "replay {} --rule paper --features f --trace t",
+    );
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(
         run.stdout.contains("look like another one"),
@@ -149,4 +153,35 @@ fn driven() {
     // the range messages (1e-7 m) make some 5e-4 rad of noise of that.
     assert!(labels_are_right(&bench, 1e-3) > 500);
     table_one_is_in_the_map(&bench);
+}
+
+/// The noise-aware rule, with 3 mm of noise.
+#[test]
+fn with_noise_the_confirmed_map_is_the_room_and_nothing_else() {
+    for motion in ["", "--drive"] {
+        let bench = Bench::new();
+        let simulate = format!("simulate -o room.mcap --noise 0.003 --seed 5 {motion}");
+        assert_eq!(bench.tmam(Path::new(""), &simulate).code, 0);
+        let run = bench.tmam(&bench.path("room.mcap"), "replay {} --features f");
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let map = &bench.json("f")["map"];
+        let confirmed = |kind: &str| -> Vec<Value> {
+            let features = map[kind].as_array().unwrap().iter();
+            let confirmed = features.filter(|feature| feature["status"] == "confirmed");
+            confirmed.cloned().collect()
+        };
+        let (lines, points) = (confirmed("lines"), confirmed("points"));
+        assert_eq!((lines.len(), points.len()), (6, 6), "{motion}: {map}");
+        for (x, y) in POINTS {
+            let off = |point: &Value| (number(&point["x"]) - x).hypot(number(&point["y"]) - y);
+            assert!(points.iter().any(|point| off(point) < 0.01), "{x} {y}");
+        }
+        for (rho, theta) in LINES {
+            let near = |line: &Value| {
+                let turn = (number(&line["theta"]) - theta).rem_euclid(PI);
+                (number(&line["rho"]) - rho).abs() < 0.02 && turn.min(PI - turn) < 0.01
+            };
+            assert!(lines.iter().any(near), "{rho} {theta}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! `tmam evaluate`
 
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use super::simulate::read_world;
@@ -9,7 +9,8 @@ use crate::error::{DONE, Error, INCOMPLETE};
 use crate::evaluate::truth::AGREEING_RANGE;
 use crate::evaluate::{Truth, evaluate, json, text};
 use crate::log;
-use crate::output::Output;
+use crate::outputs::{Requested, Written};
+use crate::recording::{Evaluated, Recording};
 use crate::replay::Replay;
 use crate::report;
 use crate::world::World;
@@ -41,6 +42,9 @@ pub struct Args {
     /// A range agrees with the echo model within this, or five of its standard deviations
     #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
     agree: f64,
+    /// Write a recording for the Rerun viewer here, with the truth and the errors in it
+    #[arg(short, long = "output", value_name = "FILE.rrd")]
+    output: Option<PathBuf>,
     /// Tell it in JSON (tmam.evaluation/1): SI units and radians
     #[arg(long)]
     json: bool,
@@ -54,19 +58,44 @@ impl Args {
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
         let truth = Truth::new(&replay, &recorded, self.truth, self.agree)?;
+        let asked = self.output.is_some() || self.json;
+        let requested = Requested {
+            recording: self.output,
+            evaluation: self.json.then(|| PathBuf::from("-")),
+            ..Requested::default()
+        };
+        let mut outputs = asked.then(|| requested.open(&self.log)).transpose()?;
+
         let (outcome, evaluation) = evaluate(&replay, &truth)?;
         let setting = replay.setting();
-        if self.json {
-            let mut out = Output::create(Path::new("-"))?;
-            json::write(&mut out, &setting, &truth, &evaluation)
-                .map_err(|source| out.failed(source))?;
-            out.commit()?;
-        } else {
-            let text = text::text(&setting, &truth, &evaluation);
-            // A reader that has gone away has seen enough.
-            let _ = io::stdout().write_all(text.as_bytes());
+        let mut written = Written::default();
+        if let Some(mut outputs) = outputs.take() {
+            if let Some(out) = &mut outputs.recording {
+                let evaluated = Evaluated {
+                    truth: &truth,
+                    evaluation: &evaluation,
+                    map: &outcome.map,
+                };
+                let mut recording = Recording::of_evaluated(out, setting, evaluated)?;
+                replay.run(&mut [&mut recording])?;
+            }
+            if let Some(out) = &mut outputs.evaluation {
+                json::write(&mut *out, &setting, &truth, &evaluation)
+                    .map_err(|source| out.failed(source))?;
+            }
+            written = outputs.commit()?;
         }
+        // A reader that has gone away is no reason to fail: the files are written.
         let _ = io::stderr().write_all(report::problems(&log, &outcome).as_bytes());
+        if !self.json {
+            let mut text = text::text(&setting, &truth, &evaluation);
+            text.push_str(&report::written(&written.files));
+            let _ = if written.to_stdout {
+                io::stderr().write_all(text.as_bytes())
+            } else {
+                io::stdout().write_all(text.as_bytes())
+            };
+        }
         let judged = setting.source.complete && outcome.tally.echoes > 0;
         Ok(if judged { DONE } else { INCOMPLETE })
     }

@@ -5,26 +5,27 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::config::file::{ConfigError, check, parse_layers};
+use crate::config::render::render;
 use crate::config::{Config, Rule};
 use crate::error::Error;
 
 /// Parameters of the replay; a flag stands before the configuration file.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Parameters")]
 pub struct Parameters {
     /// Configuration file; `tmam config` prints one with every key
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// How arcs are labelled and features fused
+    /// How arcs are labelled and features fused [default: noise-aware]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
-    /// A contact arc has theta_c < ALPHA * theta_i [default: 0.5]
+    /// Paper's rule: a contact arc has theta_c < ALPHA * theta_i [default: 0.5]
     #[arg(long, value_name = "RATIO")]
     alpha: Option<f64>,
-    /// An intersection arc has theta_c > BETA * theta_i [default: 2]
+    /// Paper's rule: an intersection arc has theta_c > BETA * theta_i [default: 2]
     #[arg(long, value_name = "RATIO")]
     beta: Option<f64>,
-    /// The smaller angle of a labelled arc is below this [default: 10]
+    /// Paper's rule: the smaller angle of a labelled arc is below this [default: 10]
     #[arg(long, value_name = "DEG")]
     gamma: Option<f64>,
     /// Distance driven that opens a new frame; 0 opens one at every stamp [default: 0.1]
@@ -33,7 +34,7 @@ pub struct Parameters {
     /// Turn that opens a new frame [default: 10]
     #[arg(long, value_name = "DEG")]
     step_angle: Option<f64>,
-    /// Points nearer than this are one point of the map [default: 0.2]
+    /// Paper's rule: points nearer than this are one point of the map [default: 0.2]
     #[arg(long, value_name = "M")]
     match_distance: Option<f64>,
     /// Any other key of the configuration, repeatable: triple.turn_tolerance=4
@@ -56,7 +57,7 @@ pub struct Parameters {
     odom_topic: Vec<String>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
 enum RuleName {
     /// The paper's rule, with its errors corrected
     Paper,
@@ -85,6 +86,37 @@ impl Parameters {
             config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
         }
         self.apply(&mut config);
+        check(&config)?;
+        Ok(config)
+    }
+
+    /// The configuration, where there is any flag that makes one.
+    ///
+    /// # Errors
+    /// As [`Parameters::configuration`].
+    pub fn given(&self) -> Result<Option<Config>, Error> {
+        let given = *self != Self::default();
+        given.then(|| self.configuration()).transpose()
+    }
+
+    /// The configuration with another file, and with other values over everything.
+    ///
+    /// # Errors
+    /// As [`Parameters::configuration`].
+    pub fn varied(&self, file: Option<PathBuf>, set: &[String]) -> Result<Config, Error> {
+        let other = Self {
+            config: file.or_else(|| self.config.clone()),
+            ..self.clone()
+        };
+        let config = other.configuration()?;
+        if set.is_empty() {
+            return Ok(config);
+        }
+        let text = render(&config);
+        let layers: Vec<&str> = std::iter::once(text.as_str())
+            .chain(set.iter().map(String::as_str))
+            .collect();
+        let config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
         check(&config)?;
         Ok(config)
     }

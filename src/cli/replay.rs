@@ -93,6 +93,7 @@ impl Args {
             trace: self.trace,
             no_recording: self.no_recording,
             live: self.connect.is_some() || self.spawn,
+            ..Requested::default()
         };
         let mut outputs = requested.open(&self.log)?;
         let url = self.connect.or(self.spawn.then(|| DEFAULT_URL.to_owned()));

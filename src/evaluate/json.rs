@@ -5,8 +5,10 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use super::Evaluation;
+use super::errors::Errors;
+use super::extracted::ExtractedScore;
 use super::labels::{ByTarget, Class, Judged, LabelScore, Wrong};
-use super::map::{Errors, ExtractedScore, KindScore, MapScore, Match};
+use super::map::{KindScore, MapScore, Match};
 use super::matching::{self, LINE_ANGLE, LINE_OFFSET, POINT_DISTANCE};
 use super::suspects::SuspectScore;
 use super::truth::{AGREEING_SIGMAS, Origin, Target, Truth, VISIBLE};
@@ -61,6 +63,8 @@ struct Labels<'a> {
     coverage: Option<f64>,
     #[serde(serialize_with = "optional")]
     wrong_share: Option<f64>,
+    #[serde(serialize_with = "optional")]
+    wrong_share_known: Option<f64>,
     wrong: Wrong,
     contact: WithScore,
     intersection: WithScore,
@@ -198,6 +202,7 @@ fn labels(score: &LabelScore) -> Labels<'_> {
         arcs: score.arcs,
         coverage: score.coverage,
         wrong_share: score.wrong_share,
+        wrong_share_known: score.wrong_share_known,
         wrong: score.wrong,
         contact: WithScore {
             arcs: score.contact,

@@ -23,7 +23,7 @@ pub struct Judged {
     pub label: Label,
     /// What it came from.
     pub target: Target,
-    /// Whether its neighbours in the sonar's sequence came from the same.
+    /// Whether its neighbours in the sonar's sequence came from the same wall or point.
     pub one_target: bool,
     /// How strongly the replay itself doubts the label: see [`suspects`](super::suspects).
     pub doubt: f64,
@@ -87,7 +87,8 @@ pub struct Class {
 pub struct Wrong {
     /// The arc and its neighbours came from one target: the noise misled the rule.
     pub one_target: u64,
-    /// They came from different ones: a triple across a change of target.
+    /// They came from different ones, or not from the world: a triple across a change of target,
+    /// or an arc of something unknown.
     pub mixed: u64,
 }
 
@@ -102,6 +103,10 @@ pub struct LabelScore {
     /// Share of wrong ones among the labels given.
     #[serde(serialize_with = "optional")]
     pub wrong_share: Option<f64>,
+    /// The same among those on arcs of a wall or point: what counts where the world is not the
+    /// whole truth.
+    #[serde(serialize_with = "optional")]
+    pub wrong_share_known: Option<f64>,
     /// Arcs labelled contact.
     pub contact: ByTarget,
     /// Arcs labelled intersection.
@@ -144,6 +149,9 @@ impl LabelScore {
         };
         score.coverage = share(score.given(), score.arcs);
         score.wrong_share = share(score.wrong_labels(), score.given());
+        let confused = contact.point + intersection.line;
+        let known = confused + contact.line + intersection.point;
+        score.wrong_share_known = share(confused, known);
         score
     }
 
@@ -176,5 +184,78 @@ impl LabelScore {
     /// Wrong ones among them.
     pub fn wrong_labels(&self) -> u64 {
         self.wrong.one_target + self.wrong.mixed
+    }
+}
+
+#[cfg(test)]
+pub(super) mod testing {
+    use super::*;
+    use crate::event::SonarId;
+
+    pub const LINE: Target = Target::Reflector(Reflector::Line(0));
+    pub const POINT: Target = Target::Reflector(Reflector::Point(0));
+
+    /// An arc with a label, which came from something and is doubted so much.
+    pub fn judged(label: Label, target: Target, doubt: f64) -> Judged {
+        Judged {
+            arc: ArcId {
+                frame: 0,
+                sonar: SonarId(0),
+            },
+            label,
+            target,
+            one_target: true,
+            doubt,
+            suspect: doubt >= 6.63,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{LINE, POINT, judged};
+    use super::*;
+    use crate::tmam::triple::Reason;
+
+    #[test]
+    fn the_scores_follow_from_the_counts() {
+        let wide = Label::Unidentified(Reason::Wide);
+        let outlier = Target::Other(Other::Outlier);
+        let mut arcs = Vec::new();
+        for (label, target, count) in [
+            (Label::Contact, LINE, 6),
+            (Label::Contact, POINT, 1),
+            (Label::Contact, outlier, 1),
+            (Label::Intersection, LINE, 2),
+            (Label::Intersection, POINT, 3),
+            (wide, LINE, 4),
+            (wide, POINT, 2),
+            (wide, outlier, 1),
+        ] {
+            arcs.extend(std::iter::repeat_n(judged(label, target, 0.0), count));
+        }
+        if let Some(arc) = arcs.get_mut(6) {
+            arc.one_target = false; // the contact on a point
+        }
+        let score = LabelScore::new(&arcs);
+        assert_eq!(score.arcs, 20);
+        assert_eq!(score.coverage, Some(13.0 / 20.0));
+        assert_eq!(score.wrong_share, Some(4.0 / 13.0));
+        assert_eq!(score.wrong_share_known, Some(3.0 / 12.0));
+        assert_eq!(score.contact_score.precision, Some(6.0 / 8.0));
+        assert_eq!(score.contact_score.recall, Some(6.0 / 12.0));
+        assert_eq!(score.intersection_score.precision, Some(3.0 / 5.0));
+        assert_eq!(score.intersection_score.recall, Some(3.0 / 6.0));
+        assert_eq!((score.wrong.one_target, score.wrong.mixed), (3, 1));
+        assert_eq!(score.reasons.get("wide").map(ByTarget::total), Some(7));
+        assert_eq!(score.other.get("outlier"), Some(&2));
+        assert_eq!(score.other.get("nothing"), Some(&0));
+    }
+
+    #[test]
+    fn of_nothing_there_is_no_share() {
+        let score = LabelScore::new(&[]);
+        assert_eq!((score.coverage, score.wrong_share), (None, None));
+        assert_eq!(score.contact_score, Class::default());
     }
 }

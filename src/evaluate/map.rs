@@ -1,96 +1,11 @@
-//! Features against the walls and points of the world.
-
-use serde::Serialize;
+//! Map features against the walls and points of the world.
 
 use super::assignment::assign;
-use super::matching::{self, Comparison, TrueLine, compare};
-use super::share;
-use super::truth::{Target, Truth};
-use crate::rounding::{number, optional};
+use super::errors::Errors;
+use super::matching::{Comparison, TrueLine, compare};
+use super::truth::Truth;
 use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
 use crate::world::Reflector;
-
-/// The value that a chi2 with two degrees of freedom exceeds one time in twenty.
-const CHI2_95: f64 = 5.991;
-
-/// Mean and largest magnitude of an error.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Spread {
-    /// Mean magnitude.
-    #[serde(serialize_with = "number")]
-    pub mean: f64,
-    /// Largest magnitude.
-    #[serde(serialize_with = "number")]
-    pub max: f64,
-}
-
-/// Whether the covariances are honest: normalised errors squared.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Nees {
-    /// Features it is taken over; those without an inverse covariance are left out.
-    pub features: u64,
-    /// Mean per degree of freedom: 1 where the covariances are honest, more where they are too
-    /// small.
-    #[serde(serialize_with = "optional")]
-    pub mean: Option<f64>,
-    /// Share inside the ellipse that should hold 95 %.
-    #[serde(serialize_with = "optional")]
-    pub within_95: Option<f64>,
-}
-
-/// How much they are off.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Errors {
-    /// Of lines, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rho: Option<Spread>,
-    /// Of lines, radians.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub theta: Option<Spread>,
-    /// Of points, metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub position: Option<Spread>,
-    /// Against their covariances.
-    pub nees: Nees,
-}
-
-impl Errors {
-    /// Sums up.
-    pub fn of<'a>(comparisons: impl Iterator<Item = &'a Comparison> + Clone) -> Self {
-        let spread = |of: fn(&matching::Error) -> Option<f64>| {
-            let errors: Vec<f64> = comparisons
-                .clone()
-                .filter_map(|c| of(&c.error).map(f64::abs))
-                .collect();
-            (!errors.is_empty()).then(|| Spread {
-                mean: errors.iter().sum::<f64>() / errors.len() as f64,
-                max: errors.iter().copied().fold(0.0, f64::max),
-            })
-        };
-        let nees: Vec<f64> = comparisons.clone().filter_map(|c| c.nees).collect();
-        let count = nees.len() as u64;
-        let within = nees.iter().filter(|nees| **nees <= CHI2_95).count() as u64;
-        Self {
-            rho: spread(|error| match error {
-                matching::Error::Line { rho, .. } => Some(*rho),
-                matching::Error::Point { .. } => None,
-            }),
-            theta: spread(|error| match error {
-                matching::Error::Line { theta, .. } => Some(*theta),
-                matching::Error::Point { .. } => None,
-            }),
-            position: spread(|error| match error {
-                matching::Error::Point { distance } => Some(*distance),
-                matching::Error::Line { .. } => None,
-            }),
-            nees: Nees {
-                features: count,
-                mean: (count > 0).then(|| nees.iter().sum::<f64>() / (2 * count) as f64),
-                within_95: share(within, count),
-            },
-        }
-    }
-}
 
 /// A map feature that is a wall or point of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -235,7 +150,7 @@ impl KindScore {
 }
 
 /// Every wall, or point, of the world.
-fn reflectors(kind: Kind, truth: &Truth) -> Vec<Reflector> {
+pub(super) fn reflectors(kind: Kind, truth: &Truth) -> Vec<Reflector> {
     let world = truth.world();
     match kind {
         Kind::Line => (0..world.walls().len()).map(Reflector::Line).collect(),
@@ -288,61 +203,7 @@ fn union(parts: &[(f64, f64)]) -> f64 {
         .sum()
 }
 
-/// How the features extracted from single runs did, before fusion.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct ExtractedScore {
-    /// Extracted features that were used.
-    pub features: u64,
-    /// Those whose readings all came from one wall, or point: their errors are the fit's alone.
-    pub pure: u64,
-    /// Those of which most readings came from one such.
-    pub mostly: u64,
-    /// The pure ones against what they came from.
-    pub pure_errors: Errors,
-    /// All that have a wall or point within the gates, against the nearest.
-    pub near_errors: Errors,
-}
-
-/// One extracted feature and what its readings came from.
-pub struct Extracted<'a> {
-    /// The estimate.
-    pub shape: &'a Shape,
-    /// What its readings came from.
-    pub targets: Vec<Target>,
-}
-
-impl ExtractedScore {
-    /// Holds extracted features of one kind against the truth.
-    pub fn new(kind: Kind, extracted: &[Extracted<'_>], truth: &Truth) -> Self {
-        let reflectors = reflectors(kind, truth);
-        let mut score = Self::default();
-        let (mut pure, mut near) = (Vec::new(), Vec::new());
-        for feature in extracted.iter().filter(|e| e.shape.kind() == kind) {
-            score.features += 1;
-            let compared = |r: Reflector| compare(feature.shape, r, truth.world());
-            let most = reflectors
-                .iter()
-                .map(|r| {
-                    let of_it = |t: &&Target| **t == Target::Reflector(*r);
-                    (feature.targets.iter().filter(of_it).count(), *r)
-                })
-                .max_by_key(|(count, _)| *count);
-            if let Some((count, reflector)) = most {
-                let all = feature.targets.len();
-                score.pure += u64::from(count == all);
-                score.mostly += u64::from(2 * count > all);
-                pure.extend(compared(reflector).filter(|_| count == all));
-            }
-            near.extend(
-                reflectors
-                    .iter()
-                    .filter_map(|r| compared(*r))
-                    .filter(|c| c.cost.is_some())
-                    .min_by(|a, b| a.cost.unwrap_or(9.0).total_cmp(&b.cost.unwrap_or(9.0))),
-            );
-        }
-        score.pure_errors = Errors::of(pure.iter());
-        score.near_errors = Errors::of(near.iter());
-        score
-    }
-}
+#[cfg(test)]
+pub(super) mod testing;
+#[cfg(test)]
+mod tests;

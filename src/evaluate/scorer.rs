@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::extracted::{Extracted, ExtractedScore};
 use super::labels::{Judged, LabelScore};
-use super::map::{Extracted, ExtractedScore, MapScore, is_confirmed};
+use super::map::{MapScore, is_confirmed};
 use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};
 use crate::event::SonarId;
@@ -93,9 +94,11 @@ impl<'t> Scorer<'t> {
         }
     }
 
-    /// Whether the arcs before and after one in its sonar's sequence came from the same target.
+    /// Whether the arcs before and after one in its sonar's sequence came from the same wall or
+    /// point.
     fn neighbours_share(&self, arc: ArcId, target: Target) -> bool {
-        let Some(sequence) = self.sequences.get(&arc.sonar) else {
+        let (Some(sequence), Target::Reflector(_)) = (self.sequences.get(&arc.sonar), target)
+        else {
             return false;
         };
         let Ok(place) = sequence.binary_search(&arc) else {

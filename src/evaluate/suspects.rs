@@ -95,3 +95,38 @@ impl SuspectScore {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::labels::testing::{LINE, POINT, judged};
+    use super::*;
+    use crate::tmam::triple::Label;
+    use crate::tmam::triple::Reason;
+
+    #[test]
+    fn each_gate_accuses_what_is_doubted_at_least_so_much() {
+        let arcs = [
+            judged(Label::Contact, LINE, 0.1),
+            judged(Label::Contact, LINE, 3.0),
+            judged(Label::Intersection, POINT, 7.0),
+            judged(Label::Contact, POINT, 2.71),
+            judged(Label::Intersection, LINE, f64::INFINITY),
+            judged(Label::Unidentified(Reason::Wide), LINE, f64::INFINITY),
+        ];
+        let score = SuspectScore::new(&arcs);
+        assert_eq!((score.wrong, score.right), (2, 3));
+        let found: Vec<_> = score
+            .gates
+            .iter()
+            .map(|g| (g.gate, g.score.wrong_found, g.score.right_accused))
+            .collect();
+        assert_eq!(
+            found,
+            [(2.71, 2, 2), (3.84, 1, 1), (6.63, 1, 1), (10.83, 1, 0)]
+        );
+        assert_eq!(score.configured.wrong_found, 1);
+        assert_eq!(score.configured.precision, Some(0.5));
+        assert_eq!(score.configured.recall, Some(0.5));
+        assert_eq!(score.configured.right_accused_share, Some(1.0 / 3.0));
+    }
+}

@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::errors::{Errors, Spread};
+use super::extracted::ExtractedScore;
 use super::labels::{ByTarget, LabelScore};
-use super::map::{Errors, ExtractedScore, KindScore, MapScore, Spread};
+use super::map::{KindScore, MapScore};
 use super::suspects::{Gate, SuspectScore};
-use super::truth::{Origin, Truth};
+use super::truth::{AGREEING_SIGMAS, Origin, Truth};
 use super::{Evaluation, share};
 use crate::info::tables::{render, table};
 use crate::observer::Setting;
@@ -40,20 +42,26 @@ fn section(text: &mut String, title: &str, body: &str) {
 fn head(setting: &Setting<'_>, truth: &Truth) -> String {
     let world = truth.world();
     let origin = match truth.origin() {
-        Origin::Log => "what the log says that echoed",
-        Origin::EchoModel => "the echo model at each arc's pose",
+        Origin::Log => "what the log says that echoed".to_owned(),
+        Origin::EchoModel => format!(
+            "the echo model at each arc's pose, within {AGREEING_SIGMAS} sigma or {:.3} m",
+            truth.agreeing_range()
+        ),
+    };
+    let counted = |count: usize, thing: &str| match count {
+        1 => format!("1 {thing}"),
+        n => format!("{n} {thing}s"),
     };
     format!(
-        "{}{}: {}, in a world of {} walls and {} points\n",
+        "{}{} against {origin},\nin a world of {} and {}\n",
         setting.source.file,
         if setting.source.complete {
             ""
         } else {
             " (INCOMPLETE)"
         },
-        origin,
-        world.walls().len(),
-        world.points().len(),
+        counted(world.walls().len(), "wall"),
+        counted(world.points().len(), "point"),
     )
 }
 
@@ -84,13 +92,14 @@ fn labels(score: &LabelScore) -> String {
     let mut text = render(&rows);
     let _ = writeln!(
         text,
-        "  {} of {} arcs labelled ({} %), {} labels wrong ({} %): {} where three readings saw one\n  \
-         target, {} where they saw different ones",
+        "  {} of {} arcs labelled ({} %), {} labels wrong ({} %; {} % of those on a wall or point)\n  \
+         wrong: {} where three readings saw one target, {} where they saw different or unknown ones",
         score.given(),
         score.arcs,
         percent(score.coverage),
         score.wrong_labels(),
         percent(score.wrong_share),
+        percent(score.wrong_share_known),
         score.wrong.one_target,
         score.wrong.mixed,
     );

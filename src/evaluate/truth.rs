@@ -1,5 +1,7 @@
 //! What really echoed, and what could be seen at all.
 
+mod target;
+
 use std::collections::BTreeMap;
 
 use crate::event::{RangeReading, Return, SonarId};
@@ -9,6 +11,7 @@ use crate::odometry::Track;
 use crate::replay::Replay;
 use crate::tmam::arc::Arc;
 use crate::world::{Reflector, World};
+pub use target::{Other, Target};
 
 /// A wall or point that echoed fewer times than this cannot be asked of a map: a triple has three
 /// readings.
@@ -20,51 +23,6 @@ pub const AGREEING_SIGMAS: f64 = 5.0;
 /// Metres within which a range always agrees with the echo model: what is left of the world's and
 /// the poses' own errors where a driver claims millimetres.
 pub const AGREEING_RANGE: f64 = 0.05;
-
-/// What an arc came from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Target {
-    /// A wall or a point of the world.
-    Reflector(Reflector),
-    /// Something else.
-    Other(Other),
-}
-
-impl Target {
-    /// The word in files: `line`, `point`, or why neither.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Reflector(Reflector::Line(_)) => "line",
-            Self::Reflector(Reflector::Point(_)) => "point",
-            Self::Other(other) => other.name(),
-        }
-    }
-}
-
-/// Why an arc came from no wall or point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Other {
-    /// The log says that its range was replaced by a random one.
-    Outlier,
-    /// The world has nothing there.
-    Nothing,
-    /// What the world has there is nearer or farther than the range, beyond the noise.
-    Disagrees,
-}
-
-impl Other {
-    /// Every reason.
-    pub const ALL: [Self; 3] = [Self::Outlier, Self::Nothing, Self::Disagrees];
-
-    /// The word in files: `outlier`, `nothing` or `disagrees`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Outlier => "outlier",
-            Self::Nothing => "nothing",
-            Self::Disagrees => "disagrees",
-        }
-    }
-}
 
 /// Where the truth came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,6 +55,12 @@ pub enum TruthError {
         file: String,
         /// What is wrong with it.
         problem: String,
+    },
+    /// A tolerance that is none.
+    #[error("--agree is {value} m; it must be 0 or more")]
+    Agreement {
+        /// Metres.
+        value: f64,
     },
     /// The log says that something echoed which its world does not have.
     #[error(
@@ -140,6 +104,11 @@ impl Truth {
         agreeing_range: f64,
     ) -> Result<Self, TruthError> {
         let file = &replay.log().file;
+        if !(agreeing_range >= 0.0 && agreeing_range.is_finite()) {
+            return Err(TruthError::Agreement {
+                value: agreeing_range,
+            });
+        }
         let own = match (recorded.world(), &given) {
             (Ok(world), _) => world,
             (Err(_), Some(_)) => None,
@@ -340,3 +309,6 @@ impl Truth {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests;

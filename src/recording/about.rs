@@ -7,8 +7,8 @@ use rerun::TextDocument;
 use crate::config::render::render;
 use crate::observer::Setting;
 
-/// The about page.
-pub fn page(setting: &Setting<'_>) -> TextDocument {
+/// The about page; `overlay` says what is drawn over the run.
+pub fn page(setting: &Setting<'_>, overlay: &str) -> TextDocument {
     let source = setting.source;
     let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
     let mut text = format!(
@@ -37,6 +37,7 @@ pub fn page(setting: &Setting<'_>) -> TextDocument {
     for loss in source.lost.iter().take(20) {
         let _ = writeln!(text, "- lost: {loss}");
     }
+    text.push_str(overlay);
     text.push_str(HOW_TO_READ);
     let _ = write!(
         text,
@@ -74,7 +75,7 @@ const HOW_TO_READ: &str = "\
 | white | walls of the map so far |
 | pale yellow | points of the map so far |
 | grey, in the map | features that too little speaks for (noise-aware rule): tentative |
-| magenta, wide | suspects: arcs whose label is contradicted; select one to see by what |
+| lime, wide | suspects: arcs whose label is contradicted; select one to see by what |
 | violet | three standard deviations of map features, at true scale: thin where the map is sure |
 | red | a feature that was extracted and rejected |
 | green | the robot, its heading and its way so far |

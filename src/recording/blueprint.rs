@@ -6,11 +6,12 @@
 use std::io::Write;
 
 use rerun::blueprint::components::{
-    ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState,
-    PlayState, QueryExpression, RootContainer, RowShare, ViewClass,
+    AbsoluteTimeRange, ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind,
+    IncludedContent, LoopMode, PanelState, PlayState, QueryExpression, RootContainer, RowShare,
+    ViewClass,
 };
 use rerun::components::Name;
-use rerun::datatypes::{Bool, Float32};
+use rerun::datatypes::{self, Bool, Float32, TimeInt};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
     ContainerBlueprint, PanelBlueprint, TimePanelBlueprint, ViewBlueprint, ViewContents,
     ViewportBlueprint,
@@ -40,6 +41,10 @@ pub struct Layout {
     pub gate: f64,
     /// The name of the stamp timeline.
     pub stamp: Timeline,
+    /// Whether it holds an evaluation.
+    pub evaluated: bool,
+    /// The frame to open at; the last one where not given.
+    pub first: Option<u32>,
 }
 
 /// Ids of the containers and views, the same in every recording.
@@ -62,6 +67,7 @@ pub enum Id {
     Point,
     Chi2Line,
     Chi2Point,
+    Evaluation,
 }
 
 impl Id {
@@ -194,7 +200,17 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     views::labels(&mut w, layout)?;
     views::events(&mut w, layout)?;
 
-    w.container(Id::Scene, ContainerKind::Tabs, &[Id::Map, Id::About], &[])?;
+    let mut tabs = vec![Id::Map, Id::About];
+    if layout.evaluated {
+        w.view(
+            Id::Evaluation,
+            "TextDocument",
+            "Evaluation",
+            &["+ /evaluation"],
+        )?;
+        tabs.insert(1, Id::Evaluation);
+    }
+    w.container(Id::Scene, ContainerKind::Tabs, &tabs, &[])?;
     w.container(
         Id::Left,
         ContainerKind::Vertical,
@@ -237,14 +253,29 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
             &PanelBlueprint::new().with_state(PanelState::Collapsed),
         )?;
     }
-    // Following puts the cursor on the last frame, where the whole map is to be seen.
-    w.put(
-        "time_panel",
-        &TimePanelBlueprint::new()
-            .with_state(PanelState::Collapsed)
-            .with_timeline("frame")
-            .with_play_state(PlayState::Following),
-    )
+    w.put("time_panel", &time_panel(layout))
+}
+
+/// Where the time cursor is when the recording opens.
+fn time_panel(layout: &Layout) -> TimePanelBlueprint {
+    let panel = TimePanelBlueprint::new()
+        .with_state(PanelState::Collapsed)
+        .with_timeline("frame");
+    let Some(first) = layout.first else {
+        // Following puts the cursor on the last frame, where the whole map is to be seen.
+        return panel.with_play_state(PlayState::Following);
+    };
+    // A blueprint cannot set the cursor. But a loop draws it into its range, and one of a single
+    // frame keeps it there until somebody moves it.
+    let first = i64::from(first);
+    panel
+        .with_play_state(PlayState::Playing)
+        .with_loop_mode(LoopMode::Selection)
+        .with_fps(1.0)
+        .with_time_selection(AbsoluteTimeRange(datatypes::AbsoluteTimeRange {
+            min: TimeInt(first),
+            max: TimeInt(first + 1),
+        }))
 }
 
 /// Height of the views in a window of ordinary size, in the viewer's points.

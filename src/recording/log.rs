@@ -96,6 +96,7 @@ impl LogTable {
     ) -> Result<(), Error> {
         let color = match level {
             TextLogLevel::WARN => style::REJECTED,
+            TextLogLevel::ERROR => style::NOW,
             _ => style::WALL,
         };
         let message = Message { text, level, color };

@@ -25,11 +25,24 @@ pub const CORNER: Color = rgb(0xff, 0xe0, 0x8a);
 /// Features of the map that too little speaks for.
 pub const TENTATIVE: Color = rgb(0x7d, 0x83, 0x90);
 /// Arcs whose label is contradicted.
-pub const SUSPECT: Color = rgb(0xff, 0x3d, 0xd8);
+pub const SUSPECT: Color = rgb(0xb8, 0xff, 0x3a);
 /// Three standard deviations of a map feature.
 pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
 /// A bound that a value is held against.
 pub const BOUND: Color = rgb(0xff, 0x4d, 0x5e);
+
+/// What is really there.
+pub const TRUTH: Color = rgb(0x3c, 0x56, 0x48);
+/// What the replay took for something else.
+pub const WRONG: Color = rgb(0xff, 0x5c, 0xd6);
+/// From where something is to where it should be.
+pub const ERROR: Color = rgb(0xff, 0xe9, 0x3b);
+/// A feature of a golden file.
+pub const GOLDEN: Color = rgb(0x2c, 0x6a, 0x63);
+/// A feature of a golden file that moved or is missing.
+pub const BEFORE: Color = rgb(0x2e, 0xe6, 0xcf);
+/// What is now otherwise than in a golden file.
+pub const NOW: Color = rgb(0xff, 0x4d, 0xe1);
 
 const fn rgb(r: u8, g: u8, b: u8) -> Color {
     Color(Rgba32::from_rgb(r, g, b))
@@ -42,15 +55,22 @@ pub fn ui(points: f32) -> Radius {
 
 /// What stacks on what in the map: higher is nearer to the eye.
 pub mod order {
+    pub const TRUTH: f32 = 0.2;
+    pub const MISSED: f32 = 0.4;
     pub const BEAM: f32 = 1.0;
     pub const TRAJECTORY: f32 = 2.0;
     pub const COVARIANCE: f32 = 3.0;
+    pub const GOLDEN: f32 = 3.5;
     pub const WALL: f32 = 4.0;
     pub const CORNER: f32 = 5.0;
+    pub const SPURIOUS: f32 = 5.5;
     pub const ASSOCIATED: f32 = 6.0;
     pub const SUSPECT: f32 = 6.5;
+    pub const WRONG: f32 = 6.6;
     pub const ARC: f32 = 7.0;
     pub const FEATURE: f32 = 8.0;
+    pub const BEFORE: f32 = 8.3;
+    pub const NOW: f32 = 8.6;
     pub const TOUCH: f32 = 9.0;
     pub const ROBOT: f32 = 10.0;
 }

@@ -135,7 +135,7 @@ fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
 }
 
 /// The chunks of a file by entity, in file order, of one kind of store.
-fn chunks(bytes: &[u8], kind: StoreKind) -> BTreeMap<String, Vec<Chunk>> {
+pub(super) fn chunks(bytes: &[u8], kind: StoreKind) -> BTreeMap<String, Vec<Chunk>> {
     let mut found = BTreeMap::<String, Vec<Chunk>>::new();
     for message in DecoderApp::decode_lazy(bytes) {
         if let LogMsg::ArrowMsg(store, message) = message.unwrap()
@@ -314,11 +314,12 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
         lost: Vec::new(),
     };
     let ids = |config: &Config| {
-        store_ids(&Setting {
+        let setting = Setting {
             sonars: &[],
             config,
             source: &source,
-        })
+        };
+        store_ids(&setting, None)
     };
     let mut other = Config::default();
     other.triple.gamma = 0.1;

@@ -255,6 +255,7 @@ fn overlap(a: &Segment, b: &Segment) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::Rule;
     use crate::geometry::Vec2;
     use crate::tmam::feature::Point;
     use crate::tmam::fit::testing::arc;
@@ -292,7 +293,7 @@ mod tests {
     }
 
     fn map_of(segments: &[(Segment, u32)]) -> Map {
-        let mut map = Map::new(&Config::default());
+        let mut map = Map::new(&Config::with_rule(Rule::Paper));
         for (segment, n) in segments {
             map.add(Shape::Line(*segment), &readings(*n));
         }
@@ -340,7 +341,7 @@ mod tests {
             let point = |x: f64, y: f64| Shape::Point(Point { position: Vec2::new(1.0 + x, y), covariance: Matrix2::identity() * 1e-4 });
             let (a, b, c) = (point(0.0, 0.0), point(e[0], e[1]), point(e[2], e[3]));
             let fused = |order: [(Shape, u32); 3]| {
-                let mut map = Map::new(&Config::default());
+                let mut map = Map::new(&Config::with_rule(Rule::Paper));
                 for (shape, n) in order { map.add(shape, &readings(n)); }
                 match only(&map).shape { Shape::Point(p) => p, Shape::Line(_) => panic!("a line") }
             };
@@ -400,7 +401,7 @@ mod tests {
 
     #[test]
     fn the_nearest_match_wins_and_ids_stay() {
-        let mut map = Map::new(&Config::default());
+        let mut map = Map::new(&Config::with_rule(Rule::Paper));
         let point = |x: f64| {
             Shape::Point(Point {
                 position: Vec2::new(x, 0.0),

@@ -75,6 +75,7 @@ impl Sequence {
         let verdict = Verdict {
             arc: middle.id,
             label,
+            margin: Some(angles.margin),
             evidence: Some(Evidence {
                 angles,
                 spread: Spread::of([&before, &middle, &after]),
@@ -95,6 +96,7 @@ fn no_triple(arc: Arc, reason: Reason) -> Decision {
         verdict: Verdict {
             arc: arc.id,
             label: Label::Unidentified(reason),
+            margin: None,
             evidence: None,
         },
         triple: None,

@@ -218,6 +218,7 @@ impl Stream {
                 let label = label_by(wide, decision.verdict.label, config.opinion.decisive);
                 case.verdict = Some(Verdict {
                     label,
+                    margin: None,
                     ..decision.verdict
                 });
                 match (label.kind(), decision.triple) {

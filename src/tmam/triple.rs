@@ -74,6 +74,9 @@ pub struct Verdict {
     pub arc: ArcId,
     /// What it belongs to.
     pub label: Label,
+    /// Radians that the angles lack, or have to spare, to the nearest bound that would change the
+    /// label; `None` where angles do not decide.
+    pub margin: Option<f64>,
     /// Why; `None` where the arc is not the middle of a triple.
     pub evidence: Option<Evidence>,
 }

@@ -193,3 +193,11 @@ proptest! {
         prop_assert!((range(here) - range(there)).abs() < 1e-9);
     }
 }
+
+#[test]
+fn a_world_that_is_too_large_is_refused() {
+    let points = |count: u32| (0..count).map(|k| Vec2::new(f64::from(k), 0.0)).collect();
+    assert!(World::new(Vec::new(), points(5_000)).is_ok());
+    let refused = World::new(Vec::new(), points(5_001)).unwrap_err();
+    assert!(matches!(refused, WorldError::TooLarge { things: 5_001 }));
+}

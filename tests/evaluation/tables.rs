@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use tmam_replay::evaluate::Evaluation;
-use tmam_replay::evaluate::map::{KindScore, MapScore, Nees};
+use tmam_replay::evaluate::errors::Nees;
+use tmam_replay::evaluate::map::{KindScore, MapScore};
 
 use crate::study::Case;
 use crate::table_one;

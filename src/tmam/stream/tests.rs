@@ -1,4 +1,5 @@
 use super::*;
+use crate::config::Rule;
 use crate::event::SonarId;
 use crate::geometry::Pose2;
 use crate::tmam::arc::ArcId;
@@ -20,7 +21,7 @@ fn wall(frame: u32) -> Arc {
 }
 
 fn decide(entries: impl IntoIterator<Item = Option<Arc>>) -> (Vec<(u32, Label)>, Vec<Run>) {
-    let config = Config::default();
+    let config = Config::with_rule(Rule::Paper);
     let gate = Gate::new(config.opinion.gate);
     let mut stream = Stream::default();
     let mut progress: Vec<Progress> = entries

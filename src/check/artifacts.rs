@@ -1,0 +1,82 @@
+//! What is kept of a log that differs: what it gives now, and a recording with the differences.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::overlay::overlay;
+use super::replayed::Replayed;
+use super::suite::Job;
+use crate::config::Config;
+use crate::error::Error;
+use crate::golden::{Comparison, Golden};
+use crate::observer::Observer;
+use crate::output::Output;
+use crate::recording::Recording;
+use crate::replay::Replay;
+
+/// A directory for artefacts.
+#[derive(Debug)]
+pub struct Artifacts {
+    directory: PathBuf,
+    around: Option<u32>,
+}
+
+impl Artifacts {
+    /// Into a directory that exists; `around`: record only so many frames about each difference.
+    pub fn new(directory: &Path, around: Option<u32>) -> Self {
+        Self {
+            directory: directory.to_owned(),
+            around,
+        }
+    }
+
+    /// Writes the golden file that would make the log pass, and the recording.
+    pub fn write(
+        &self,
+        job: &Job,
+        golden: &Golden,
+        config: &Config,
+        replayed: &Replayed,
+        comparison: &Comparison,
+    ) -> Result<(Vec<PathBuf>, PathBuf), Error> {
+        let [new, recording] = self.paths(job);
+        let bytes = Golden::new(
+            Some(replayed.info.clone()),
+            Some(config.clone()),
+            golden.tolerances,
+            replayed.results.clone(),
+        )
+        .render()?;
+        let mut out = Output::create(&new)?;
+        out.write_all(&bytes).map_err(|source| out.failed(source))?;
+        out.commit()?;
+
+        let mut out = Output::create(&recording)?;
+        let replay = Replay::new(&replayed.log, config)?;
+        let over = overlay(golden, &replayed.results, comparison, self.around);
+        {
+            let mut recorder = Recording::overlaid(&mut out, replay.setting(), over)?;
+            let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder];
+            replay.run(&mut observers)?;
+        }
+        out.commit()?;
+        Ok((vec![new, recording.clone()], recording))
+    }
+
+    /// Takes away what an earlier run left of a log that passes now.
+    pub fn clear(&self, job: &Job) {
+        for path in self.paths(job) {
+            // What is not there need not go.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+
+    fn paths(&self, job: &Job) -> [PathBuf; 2] {
+        let stem = job.log.file_stem().unwrap_or(job.log.as_os_str());
+        [".golden.json.new", ".check.rrd"].map(|extension| {
+            let mut name = stem.to_owned();
+            name.push(extension);
+            self.directory.join(name)
+        })
+    }
+}

@@ -1,0 +1,119 @@
+//! One log against its golden file.
+
+use super::artifacts::Artifacts;
+use super::replayed::{Replayed, replay};
+use super::suite::Job;
+use super::{Found, Report, Verdict};
+use crate::error::{Error, INCOMPLETE};
+use crate::golden::{Difference, Golden, compare};
+use crate::log::itemised;
+
+/// Replays a log with the configuration of its golden file and compares.
+pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
+    if let Err(source) = std::fs::metadata(&job.log) {
+        let path = job.log.clone();
+        return job.report(unusable(&Error::Read { path, source }));
+    }
+    if !job.golden.exists() {
+        return job.report(Verdict::Nothing(format!(
+            "there is no golden file {}; write it with --bless and commit it",
+            job.golden.display()
+        )));
+    }
+    let (golden, unrecorded) = match Golden::read(&job.golden) {
+        Ok(read) => read,
+        Err(error) => return job.report(unusable(&error.into())),
+    };
+    let (Some(config), Some(blessed)) = (&golden.config, &golden.log) else {
+        return job.report(Verdict::Unusable(format!(
+            "{} was made from no log: it holds results of a Rust test. Bless the log into another directory",
+            job.golden.display()
+        )));
+    };
+    let replayed = match replay(&job.log, config) {
+        Ok(replayed) => replayed,
+        Err(error) => return job.report(unusable(&error)),
+    };
+    if let Some(reason) = unfit(&replayed) {
+        return job.report(Verdict::Nothing(reason));
+    }
+    if golden.results.is_empty() {
+        return job.report(Verdict::Nothing(format!(
+            "{} holds no feature; bless it again from a log that gives some",
+            job.golden.display()
+        )));
+    }
+    let mut comparison = compare(&golden.results, &replayed.results, &golden.tolerances);
+    if blessed.events_sha256 != replayed.info.events_sha256 {
+        let difference = Difference::Log {
+            golden: blessed.events_sha256.clone(),
+            actual: replayed.info.events_sha256.clone(),
+        };
+        comparison.differences.insert(0, difference);
+    }
+    let matches = comparison.matches(strict);
+    let mut report = job.report(if matches {
+        Verdict::Matches
+    } else {
+        Verdict::Differs
+    });
+    report.notes = notes(&golden, &unrecorded);
+    if let Some(artifacts) = artifacts {
+        if matches {
+            artifacts.clear(job);
+        } else {
+            match artifacts.write(job, &golden, config, &replayed, &comparison) {
+                Ok((files, recording)) => {
+                    report.artifacts = files;
+                    report.recording = Some(recording);
+                }
+                Err(error) => report.verdict = unusable(&error),
+            }
+        }
+    }
+    report.found = Some(Found {
+        golden,
+        actual: replayed.results,
+        comparison,
+    });
+    report
+}
+
+/// Why a log is no ground to judge on; `None` for a good one.
+pub fn unfit(replayed: &Replayed) -> Option<String> {
+    if !replayed.log.losses.is_empty() {
+        return Some(format!(
+            "{} could not be read whole. Lost:{}",
+            replayed.log.file,
+            itemised(&replayed.log.losses)
+        ));
+    }
+    (replayed.echoes == 0).then(|| format!("not one reading of {} is an echo", replayed.log.file))
+}
+
+/// The verdict for an error.
+pub fn unusable(error: &Error) -> Verdict {
+    if error.exit_code() == INCOMPLETE {
+        Verdict::Nothing(error.to_string())
+    } else {
+        Verdict::Unusable(error.to_string())
+    }
+}
+
+fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if golden.tool.version != env!("CARGO_PKG_VERSION") {
+        notes.push(format!(
+            "blessed with tmam {}, checked with {}",
+            golden.tool.version,
+            env!("CARGO_PKG_VERSION")
+        ));
+    }
+    if !unrecorded.is_empty() {
+        notes.push(format!(
+            "the golden file does not record {}; the present defaults hold. Bless again to record them",
+            unrecorded.join(", ")
+        ));
+    }
+    notes
+}

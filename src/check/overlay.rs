@@ -1,0 +1,160 @@
+//! Differences as something to draw.
+
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
+use std::fmt::Write as _;
+
+use crate::geometry::{Vec2, unit};
+use crate::golden::{
+    Comparison, Difference, Feature, Geometry, Golden, LabelChange, LabelRun, Results, Set,
+    describe,
+};
+use crate::recording::{Overlay, Sketched};
+
+/// More differences than this are counted, not listed.
+const MOST_NOTES: usize = 500;
+
+/// What to draw over the run of a log that differs.
+pub fn overlay(
+    golden: &Golden,
+    actual: &Results,
+    comparison: &Comparison,
+    around: Option<u32>,
+) -> Overlay {
+    let changed = || comparison.features(Set::Map);
+    let first_frame = comparison.first_frame();
+    Overlay {
+        golden: golden.results.map.iter().filter_map(sketched).collect(),
+        before: changed()
+            .filter_map(|one| sketched(one.golden.as_ref()?))
+            .collect(),
+        now: changed()
+            .filter_map(|one| sketched(one.actual.as_ref()?))
+            .collect(),
+        labels: labels(comparison),
+        notes: notes(actual, comparison),
+        first_frame,
+        only: around.map(|around| windows(comparison, around)),
+        about: about(golden, comparison, around),
+    }
+}
+
+fn sketched(feature: &Feature) -> Option<Sketched> {
+    let ends = match feature.geometry.as_ref()? {
+        Geometry::Line {
+            theta,
+            mid,
+            half_length,
+            ..
+        } => {
+            let along = unit(theta + FRAC_PI_2) * *half_length;
+            [Vec2::from(*mid) - along, Vec2::from(*mid) + along]
+        }
+        Geometry::Point { x, y } => [Vec2::new(*x, *y); 2],
+    };
+    Some(Sketched {
+        ends,
+        is_point: matches!(feature.geometry, Some(Geometry::Point { .. })),
+        name: format!("{} {}", feature.kind.name(), feature.id),
+    })
+}
+
+fn labels(comparison: &Comparison) -> BTreeMap<(u32, String), String> {
+    let mut marks = BTreeMap::new();
+    for run in comparison.labels().chain(&comparison.borderline) {
+        let what = match run.change {
+            LabelChange::Flipped { golden, actual, .. } => {
+                format!("{} -> {}", golden.name(), actual.name())
+            }
+            LabelChange::New(mark) => format!("new, {}", mark.name()),
+            LabelChange::Gone(_) => continue,
+        };
+        for frame in run.arcs.iter().filter_map(|arc| arc.frame) {
+            marks.insert((frame, run.sensor.clone()), what.clone());
+        }
+    }
+    marks
+}
+
+fn notes(actual: &Results, comparison: &Comparison) -> Vec<(u32, i64, String)> {
+    let stamp = |frame: u32| {
+        let stamps = actual
+            .labels
+            .as_ref()
+            .map(|labels| labels.frame_stamps.as_slice());
+        let at = usize::try_from(frame).unwrap_or(usize::MAX);
+        stamps
+            .and_then(|stamps| stamps.get(at).or(stamps.last()))
+            .copied()
+    };
+    let at = |frames: Option<[u32; 2]>| {
+        let frame = frames.map_or(0, |[first, _]| first);
+        Some((frame, stamp(frame)?))
+    };
+    let borderline = |run: &LabelRun| Difference::Labels(run.clone());
+    let near: Vec<Difference> = comparison.borderline.iter().map(borderline).collect();
+    let clear = comparison.differences.iter().map(|one| (one, ""));
+    let mut notes: Vec<(u32, i64, String)> = clear
+        .chain(near.iter().map(|one| (one, "borderline: ")))
+        .take(MOST_NOTES)
+        .filter_map(|(one, how)| {
+            let (frame, stamp_ns) = at(one.frames())?;
+            Some((
+                frame,
+                stamp_ns,
+                format!("DIFFERS {how}{}", describe(one, None)),
+            ))
+        })
+        .collect();
+    notes.sort_by_key(|(frame, ..)| *frame);
+    let all = comparison.differences.len() + comparison.borderline.len();
+    if let (Some((frame, stamp_ns)), true) = (at(None), all > MOST_NOTES) {
+        let text = format!("DIFFERS in {all} places; {MOST_NOTES} of them are listed");
+        notes.insert(0, (frame, stamp_ns, text));
+    }
+    notes
+}
+
+/// The frames of the differences, and `around` more on either side.
+fn windows(comparison: &Comparison, around: u32) -> Vec<[u32; 2]> {
+    let near = comparison.borderline.iter().filter_map(LabelRun::frames);
+    let clear = comparison.differences.iter().filter_map(Difference::frames);
+    let mut windows: Vec<[u32; 2]> = clear
+        .chain(near)
+        // A wall that was seen all along is shown where it begins and where it ends.
+        .flatten()
+        .map(|frame| [frame.saturating_sub(around), frame.saturating_add(around)])
+        .collect();
+    windows.sort_unstable();
+    let mut merged: Vec<[u32; 2]> = Vec::new();
+    for [first, last] in windows {
+        match merged.last_mut() {
+            Some([_, end]) if first <= end.saturating_add(1) => *end = last.max(*end),
+            _ => merged.push([first, last]),
+        }
+    }
+    merged
+}
+
+fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>) -> String {
+    let mut text = format!(
+        "## Differences from the golden file\n\n\
+         **{} difference(s)**, listed as *DIFFERS* in the events; the recording opens at the first. \
+         The golden file was blessed with tmam {}.\n\n\
+         | colour | what |\n|---|---|\n\
+         | dark teal | the map of the golden file |\n\
+         | bright teal | of that map, what moved or is missing, as it was |\n\
+         | magenta | what moved or is new, as it is; arcs whose label changed, in their frame |\n\n\
+         The time cursor is held at the first difference by a loop over that frame: drag it, or turn the loop off to play.\n\n",
+        comparison.differences.len(),
+        golden.tool.version,
+    );
+    if let Some(around) = around {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            "Only {around} frames around the ends of each difference are recorded; the map is complete.\n\n"
+        );
+    }
+    text
+}

@@ -1,0 +1,49 @@
+//! A log replayed for what it gives, with nothing recorded.
+
+use std::path::Path;
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::golden::{Collector, LogInfo, Results, digest};
+use crate::log::{self, Log};
+use crate::observer::Observer;
+use crate::replay::Replay;
+
+/// A log and what its replay gave.
+#[derive(Debug)]
+pub struct Replayed {
+    /// The log.
+    pub log: Log,
+    /// Its name and digest.
+    pub info: LogInfo,
+    /// What the replay gave.
+    pub results: Results,
+    /// Readings in which something echoed.
+    pub echoes: u64,
+}
+
+/// Replays a log.
+///
+/// # Errors
+/// As a replay fails.
+pub fn replay(path: &Path, config: &Config) -> Result<Replayed, Error> {
+    let log = log::read(path, config)?;
+    let (results, echoes) = {
+        let replay = Replay::new(&log, config)?;
+        let mut collector = Collector::new(&log.events.sonars);
+        let outcome = {
+            let mut observers: Vec<&mut dyn Observer> = vec![&mut collector];
+            replay.run(&mut observers)?
+        };
+        (collector.finish(&outcome), outcome.tally.echoes)
+    };
+    Ok(Replayed {
+        info: LogInfo {
+            file: log.file.clone(),
+            events_sha256: digest(&log.events),
+        },
+        log,
+        results,
+        echoes,
+    })
+}

@@ -1,0 +1,233 @@
+//! The logs of a run: which golden file each has, which part of them is checked here.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::artifacts::Artifacts;
+use super::bless::bless;
+use super::judge::judge;
+use super::partition::Partition;
+use super::{Report, Verdict};
+use crate::config::Config;
+use crate::golden::{Tolerance, ToleranceError, is_set};
+use crate::output::OutputError;
+
+/// What is to be checked, and how.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The logs.
+    pub logs: Vec<PathBuf>,
+    /// Where the golden files are.
+    pub golden: PathBuf,
+    /// Where to put what people look into when a log differs.
+    pub artifacts: Option<PathBuf>,
+    /// Record only this many frames around each difference.
+    pub around: Option<u32>,
+    /// Write golden files instead of holding logs to them.
+    pub bless: bool,
+    /// Bless even in CI.
+    pub force: bool,
+    /// Borderline labels are differences, too.
+    pub strict: bool,
+    /// The part of the logs that is checked here.
+    pub partition: Option<Partition>,
+    /// A configuration to bless with, where one is given.
+    pub config: Option<Config>,
+    /// Tolerances to bless with, as `KEY=VALUE`.
+    pub tolerances: Vec<String>,
+}
+
+/// Why nothing is checked at all.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckError {
+    /// Two logs have one golden file.
+    #[error(
+        "{} and {} would have the same golden file, {}; give them different names, or check them in two runs with \
+         a --golden directory each", one.display(), other.display(), golden.display()
+    )]
+    SameGolden {
+        /// A log.
+        one: PathBuf,
+        /// Another log.
+        other: PathBuf,
+        /// Their golden file.
+        golden: PathBuf,
+    },
+    /// There are no golden files.
+    #[error("there is no directory {}; look at --golden, or make it with --bless", path.display())]
+    NoGoldenDirectory {
+        /// What was given.
+        path: PathBuf,
+    },
+    /// Machines do not say what is good.
+    #[error(
+        "CI is set, and golden files are blessed by people who look at what changed. Bless on your own machine and \
+         commit the files, or give --force"
+    )]
+    BlessInCi,
+    /// A tolerance.
+    #[error(transparent)]
+    Tolerance(#[from] ToleranceError),
+    /// A directory cannot be made.
+    #[error(transparent)]
+    Directory(#[from] OutputError),
+}
+
+/// A run, made ready.
+#[derive(Debug)]
+pub struct Suite {
+    options: Options,
+    jobs: Vec<Job>,
+    artifacts: Option<Artifacts>,
+    notes: Vec<String>,
+}
+
+/// A log and its golden file.
+#[derive(Debug, Clone)]
+pub(super) struct Job {
+    pub log: PathBuf,
+    pub golden: PathBuf,
+}
+
+impl Suite {
+    /// Finds each log's golden file and the part to be checked, and makes the directories.
+    ///
+    /// # Errors
+    /// Whatever makes the run senseless before it begins.
+    pub fn new(options: Options) -> Result<Self, CheckError> {
+        let ci = std::env::var("CI").is_ok_and(|value| is_set(&value));
+        if options.bless && ci && !options.force {
+            return Err(CheckError::BlessInCi);
+        }
+        options
+            .tolerances
+            .iter()
+            .try_fold(Tolerance::default(), |all, one| all.with(one))?;
+        if options.bless {
+            make(&options.golden)?;
+        } else if !options.golden.is_dir() {
+            return Err(CheckError::NoGoldenDirectory {
+                path: options.golden,
+            });
+        }
+        let mut jobs = BTreeMap::<PathBuf, PathBuf>::new();
+        for log in &options.logs {
+            let golden = golden_file(&options.golden, log);
+            if let Some(other) = jobs.insert(golden.clone(), log.clone()) {
+                return Err(CheckError::SameGolden {
+                    one: other,
+                    other: log.clone(),
+                    golden,
+                });
+            }
+        }
+        let notes = match options.partition {
+            None if !options.bless => unused(&options.golden, &jobs),
+            _ => Vec::new(),
+        };
+        let jobs: Vec<Job> = jobs
+            .into_iter()
+            .map(|(golden, log)| Job { log, golden })
+            .collect();
+        let jobs = match options.partition {
+            Some(partition) => partition.of(jobs),
+            None => jobs,
+        };
+        let artifacts = options
+            .artifacts
+            .as_deref()
+            .map(|directory| {
+                make(directory)?;
+                Ok::<_, OutputError>(Artifacts::new(directory, options.around))
+            })
+            .transpose()?;
+        Ok(Self {
+            options,
+            jobs,
+            artifacts,
+            notes,
+        })
+    }
+
+    /// How many logs there are to check.
+    pub fn len(&self) -> usize {
+        self.jobs.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.jobs.is_empty()
+    }
+
+    /// What a person should know of the suite as a whole.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Checks or blesses every log, and goes on after one that fails; `tell` hears of each.
+    pub fn run(&self, mut tell: impl FnMut(&Report)) -> Vec<Report> {
+        let mut reports = Vec::new();
+        for job in &self.jobs {
+            let report = if self.options.bless {
+                bless(job, &self.options)
+            } else {
+                judge(job, self.options.strict, self.artifacts.as_ref())
+            };
+            tell(&report);
+            reports.push(report);
+        }
+        reports
+    }
+}
+
+impl Job {
+    /// A report without a comparison.
+    pub fn report(&self, verdict: Verdict) -> Report {
+        Report {
+            log: self.log.clone(),
+            golden: self.golden.clone(),
+            verdict,
+            notes: Vec::new(),
+            found: None,
+            artifacts: Vec::new(),
+            recording: None,
+        }
+    }
+}
+
+/// `DIR/drive.golden.json` for `drive.mcap`.
+fn golden_file(directory: &Path, log: &Path) -> PathBuf {
+    let mut name = log.file_stem().unwrap_or(log.as_os_str()).to_owned();
+    name.push(".golden.json");
+    directory.join(name)
+}
+
+fn make(directory: &Path) -> Result<(), OutputError> {
+    std::fs::create_dir_all(directory).map_err(|source| OutputError {
+        path: directory.to_owned(),
+        source,
+    })
+}
+
+/// Golden files that no log of this run has: what they hold is not being checked.
+fn unused(directory: &Path, jobs: &BTreeMap<PathBuf, PathBuf>) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(directory) else {
+        return Vec::new();
+    };
+    let mut unused: Vec<String> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| {
+            let name = path
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned());
+            name.is_some_and(|name| name.ends_with(".golden.json")) && !jobs.contains_key(path)
+        })
+        .map(|path| path.display().to_string())
+        .collect();
+    unused.sort();
+    match unused.as_slice() {
+        [] => Vec::new(),
+        _ => vec![format!("no log was given for {}", unused.join(", "))],
+    }
+}

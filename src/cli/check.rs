@@ -1,0 +1,140 @@
+//! `tmam check`
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+
+use super::parameters::Parameters;
+use crate::check::text::{SHOWN, closing, report};
+use crate::check::{Options, Partition, Suite, annotations, exit_code, json, junit, summary};
+use crate::error::Error;
+use crate::golden::is_set;
+use crate::output::Output;
+
+/// Hold logs to golden files: has anything changed that should not have?
+///
+/// Replays each log with the configuration recorded in its golden file, DIR/LOG.golden.json, and
+/// compares the map, the extracted features and the label of every arc, within the tolerances in
+/// that file.
+#[derive(Debug, clap::Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "\
+Exit codes, the gravest of all logs: 2 usage, or a log or golden file that cannot be read; 1 differs; \
+3 nothing to judge: no golden file, an incomplete log, no echoes, no log in this part; 0 all match.
+
+Examples:
+  tmam check drives/*.mcap --golden golden --bless          write the golden files
+  tmam check drives/*.mcap --golden golden                  hold the logs to them
+  tmam check drives/*.mcap --golden golden --artifacts out --junit out/junit.xml --summary out/summary.md
+  tmam check drives/*.mcap --golden golden --partition 2/4  a quarter of them"
+)]
+pub struct Args {
+    /// The MCAP logs
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Directory of the golden files
+    #[arg(long, value_name = "DIR")]
+    golden: PathBuf,
+    /// Where a log differs, write what it gives now and a recording that shows the differences here
+    #[arg(long, value_name = "DIR", conflicts_with = "bless")]
+    artifacts: Option<PathBuf>,
+    /// Record only so many frames around each difference [default: 20]
+    #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "20", requires = "artifacts")]
+    only_around_differences: Option<u32>,
+    /// Labels that flipped with next to nothing to spare are differences, too
+    #[arg(long)]
+    strict: bool,
+    /// Check part I of N only; the parts are the same wherever they run
+    #[arg(long, value_name = "I/N")]
+    partition: Option<Partition>,
+    /// Write a JUnit report
+    #[arg(long, value_name = "FILE.xml", help_heading = "Reports")]
+    junit: Option<PathBuf>,
+    /// Write a Markdown summary
+    #[arg(long, value_name = "FILE.md", help_heading = "Reports")]
+    summary: Option<PathBuf>,
+    /// Print the report in JSON (tmam.check/1): SI units and radians
+    #[arg(long, help_heading = "Reports")]
+    json: bool,
+    /// How many differences of a kind to print
+    #[arg(long, value_name = "N", default_value_t = SHOWN, help_heading = "Reports")]
+    show: usize,
+    /// Write or update the golden files instead, and tell what changed. The configuration of an
+    /// existing one stays, unless parameters are given
+    #[arg(long, help_heading = "Blessing")]
+    bless: bool,
+    /// Bless even where CI is set
+    #[arg(long, requires = "bless", help_heading = "Blessing")]
+    force: bool,
+    /// A tolerance to bless with, repeatable: rho=0.02 (metres and radians)
+    #[arg(
+        long,
+        value_name = "KEY=VALUE",
+        requires = "bless",
+        help_heading = "Blessing"
+    )]
+    tolerance: Vec<String>,
+    #[command(flatten)]
+    parameters: Parameters,
+}
+
+impl Args {
+    pub fn run(self) -> Result<u8, Error> {
+        let config = self.parameters.given()?;
+        if config.is_some() && !self.bless {
+            return Err(Error::ParametersWithoutBless);
+        }
+        let with_artifacts = self.artifacts.is_some();
+        let suite = Suite::new(Options {
+            logs: self.logs,
+            golden: self.golden,
+            artifacts: self.artifacts,
+            around: self.only_around_differences,
+            bless: self.bless,
+            force: self.force,
+            strict: self.strict,
+            partition: self.partition,
+            config,
+            tolerances: self.tolerance,
+        })?;
+        let create = |path: &Option<PathBuf>| path.as_deref().map(Output::create).transpose();
+        let (junit_out, summary_out) = (create(&self.junit)?, create(&self.summary)?);
+
+        // A reader that has gone away is no reason to fail.
+        let say = |text: &str| {
+            let _ = io::stdout().write_all(text.as_bytes());
+        };
+        let reports = suite.run(|one| {
+            if !self.json {
+                say(&report(one, self.show, self.strict));
+            }
+        });
+        let write = |out: Option<Output>, text: &dyn Fn() -> Result<String, Error>| {
+            let Some(mut out) = out else { return Ok(()) };
+            out.write_all(text()?.as_bytes())
+                .map_err(|source| out.failed(source))?;
+            out.commit().map_err(Error::from)
+        };
+        write(junit_out, &|| {
+            junit::junit(&reports, self.strict).map_err(|error| Error::Report(Box::new(error)))
+        })?;
+        write(summary_out, &|| Ok(summary::summary(&reports, self.strict)))?;
+
+        let errors = if std::env::var("GITHUB_ACTIONS").is_ok_and(|value| is_set(&value)) {
+            annotations::annotations(&reports, self.strict)
+        } else {
+            String::new()
+        };
+        if self.json {
+            let _ = io::stderr().write_all(errors.as_bytes());
+            say(&format!("{:#}\n", json::json(&reports)));
+        } else {
+            say(&errors);
+            for note in suite.notes() {
+                say(&format!("note: {note}\n"));
+            }
+            say(&closing(&reports, with_artifacts));
+        }
+        Ok(exit_code(&reports))
+    }
+}

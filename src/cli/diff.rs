@@ -1,0 +1,92 @@
+//! `tmam diff`
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+
+use super::parameters::Parameters;
+use crate::check::json::difference;
+use crate::check::text::{SHOWN, differences};
+use crate::diff::side;
+use crate::error::{DIFFERS, DONE, Error, INCOMPLETE};
+use crate::golden::{Tolerance, compare};
+
+/// Compare two results: of logs, feature files or golden files
+///
+/// Lines are paired with lines and points with points by nearness; labels are compared by sonar and
+/// stamp where both sides have them (logs and golden files do, feature files do not). Ids and order
+/// do not matter.
+#[derive(Debug, clap::Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "\
+Exit codes: 0 nothing differs; 1 something does; 2 usage or a file that cannot be read; 3 a log is \
+incomplete, or neither side holds a feature.
+
+Examples:
+  tmam diff before.features.json after.features.json
+  tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
+  tmam diff drive.mcap --set-b triple.gamma=8               one log under two configurations
+  tmam diff golden/drive.golden.json drive.mcap"
+)]
+pub struct Args {
+    /// A log, a features.json or a golden file
+    a: PathBuf,
+    /// Another one [default: the same log, with --config-b or --set-b]
+    #[arg(required_unless_present_any = ["config_b", "set_b"])]
+    b: Option<PathBuf>,
+    /// Configuration file for B
+    #[arg(long, value_name = "FILE.toml")]
+    config_b: Option<PathBuf>,
+    /// A key of the configuration that is otherwise for B, repeatable: triple.gamma=8
+    #[arg(long, value_name = "KEY=VALUE")]
+    set_b: Vec<String>,
+    /// A tolerance, repeatable: rho=0.02 (metres and radians) [default: those of a golden file]
+    #[arg(long, value_name = "KEY=VALUE")]
+    tolerance: Vec<String>,
+    /// Borderline labels are differences, too
+    #[arg(long)]
+    strict: bool,
+    /// Print the differences in JSON (tmam.diff/1): SI units and radians
+    #[arg(long)]
+    json: bool,
+    /// How many differences of a kind to print
+    #[arg(long, value_name = "N", default_value_t = SHOWN)]
+    show: usize,
+    #[command(flatten)]
+    parameters: Parameters,
+}
+
+impl Args {
+    pub fn run(self) -> Result<u8, Error> {
+        let config = self.parameters.configuration()?;
+        let config_b = self.parameters.varied(self.config_b, &self.set_b)?;
+        let a = side(&self.a, &config)?;
+        let b = side(self.b.as_deref().unwrap_or(&self.a), &config_b)?;
+        let tolerance = self
+            .tolerance
+            .iter()
+            .try_fold(
+                a.tolerances.or(b.tolerances).unwrap_or_default(),
+                Tolerance::with,
+            )
+            .map_err(crate::check::CheckError::from)?;
+        let found = compare(&a.results, &b.results, &tolerance);
+        let text = if self.json {
+            let all: Vec<_> = found.differences.iter().map(difference).collect();
+            let json = serde_json::json!({"schema": "tmam.diff/1", "a": self.a, "b": self.b, "differences": all});
+            format!("{json:#}\n")
+        } else {
+            differences(&a, &b, &found, &tolerance, self.show, self.strict)
+        };
+        // A reader that has gone away has seen enough.
+        let _ = io::stdout().write_all(text.as_bytes());
+        let whole = a.losses.is_empty() && b.losses.is_empty();
+        Ok(if !found.matches(self.strict) {
+            DIFFERS
+        } else if !whole || (a.results.is_empty() && b.results.is_empty()) {
+            INCOMPLETE
+        } else {
+            DONE
+        })
+    }
+}

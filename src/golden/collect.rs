@@ -1,0 +1,162 @@
+//! Gathers, while a replay runs, what a golden file holds.
+
+use std::collections::BTreeMap;
+
+use super::results::{Feature, LabelledArc, Labels, Mark, Results, micro};
+use crate::event::Sonar;
+use crate::frames::Frame;
+use crate::observer::{Observer, ObserverError};
+use crate::replay::Outcome;
+use crate::tmam::arc::ArcId;
+use crate::tmam::feature::{Action, Extraction, MapFeature, Shape};
+use crate::tmam::step::Step;
+use crate::tmam::triple::{Label, Verdict};
+
+/// An observer that keeps the label of every arc.
+#[derive(Debug)]
+pub struct Collector {
+    sonars: Vec<String>,
+    stamps: BTreeMap<ArcId, i64>,
+    labels: Labels,
+}
+
+impl Collector {
+    /// A collector that has seen nothing yet.
+    pub fn new(sonars: &[Sonar]) -> Self {
+        Self {
+            sonars: sonars.iter().map(|sonar| sonar.name.clone()).collect(),
+            stamps: BTreeMap::new(),
+            labels: Labels::default(),
+        }
+    }
+
+    /// What the replay came to.
+    pub fn finish(mut self, outcome: &Outcome) -> Results {
+        for arcs in self.labels.sonars.values_mut() {
+            arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
+        }
+        let mut spans = BTreeMap::<u32, [u32; 2]>::new();
+        for extraction in &outcome.extractions {
+            if let (Some(feature), Some([first, last])) =
+                (extraction.map_feature, frames(extraction))
+            {
+                let span = spans.entry(feature.id).or_insert([first, last]);
+                *span = [span[0].min(first), span[1].max(last)];
+            }
+        }
+        Results {
+            map: outcome
+                .map
+                .iter()
+                .map(|feature| registered(feature, spans.get(&feature.id).copied()))
+                .collect(),
+            extracted: outcome
+                .extractions
+                .iter()
+                .map(|extraction| self.extracted(extraction))
+                .collect(),
+            labels: Some(self.labels),
+        }
+    }
+
+    fn sonar(&self, arc: Option<&ArcId>) -> Option<String> {
+        self.sonars.get(arc?.sonar.index()).cloned()
+    }
+
+    fn extracted(&self, extraction: &Extraction) -> Feature {
+        let fate = match extraction.action {
+            Action::Registered(_) => "registered",
+            Action::Merged(_) => "merged",
+            Action::Rejected(why) => why.name(),
+        };
+        let mut feature = match &extraction.shape {
+            Some(shape) => shaped(shape),
+            None => Feature::new(extraction.kind, None),
+        };
+        feature.id = extraction.id;
+        feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
+        feature.frames = frames(extraction);
+        feature.sensor = self.sonar(extraction.associated.first());
+        feature.fate = Some(fate.to_owned());
+        feature
+    }
+
+    fn take(&mut self, step: &Step) {
+        self.stamps
+            .extend(step.arcs.iter().map(|arc| (arc.id, arc.stamp_ns)));
+        for verdict in &step.verdicts {
+            let Some(stamp_ns) = self.stamps.remove(&verdict.arc) else {
+                continue;
+            };
+            let sonar = self.sonar(Some(&verdict.arc)).unwrap_or_default();
+            self.labels
+                .sonars
+                .entry(sonar)
+                .or_default()
+                .push(labelled(verdict, stamp_ns));
+        }
+    }
+}
+
+impl Observer for Collector {
+    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError> {
+        self.labels.frame_stamps.push(frame.stamp_ns);
+        self.take(step);
+        Ok(())
+    }
+
+    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
+        self.take(step);
+        Ok(())
+    }
+}
+
+fn labelled(verdict: &Verdict, stamp_ns: i64) -> LabelledArc {
+    LabelledArc {
+        stamp_ns,
+        mark: match verdict.label {
+            Label::Contact => Mark::Contact,
+            Label::Intersection => Mark::Intersection,
+            Label::Unidentified(_) => Mark::Unidentified,
+        },
+        frame: Some(verdict.arc.frame),
+        margin: verdict.margin,
+        reason: verdict.label.reason().map(|reason| reason.name()),
+    }
+}
+
+fn frames(extraction: &Extraction) -> Option<[u32; 2]> {
+    let (first, last) = (
+        extraction.associated.first()?,
+        extraction.associated.last()?,
+    );
+    Some([first.frame, last.frame])
+}
+
+fn registered(feature: &MapFeature, frames: Option<[u32; 2]>) -> Feature {
+    Feature {
+        id: feature.id,
+        readings: feature.readings,
+        frames,
+        fate: Some(feature.status.name().to_owned()),
+        ..shaped(&feature.shape)
+    }
+}
+
+fn shaped(shape: &Shape) -> Feature {
+    let (feature, covariance) = match shape {
+        Shape::Line(line) => (
+            Feature::line(line.rho, line.theta, line.mid.into(), line.half_length),
+            line.covariance,
+        ),
+        Shape::Point(point) => (
+            Feature::point(point.position.x, point.position.y),
+            point.covariance,
+        ),
+    };
+    let sigma = [covariance.m11, covariance.m22].map(|variance| micro(variance.max(0.0).sqrt()));
+    Feature {
+        sigma: sigma.iter().all(|s| s.is_finite()).then_some(sigma),
+        ..feature
+    }
+}

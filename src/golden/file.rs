@@ -1,0 +1,349 @@
+//! The golden file: written, read, and refused where it makes no sense.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::label_table::LabelTable;
+use super::layout::render;
+use super::results::Results;
+use super::rows::Rows;
+use super::tolerance::{Tolerance, ToleranceError};
+use crate::config::Config;
+use crate::config::file::{ConfigError, check};
+
+/// The format's name and version.
+pub const SCHEMA: &str = "tmam.golden/1";
+
+/// A golden file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Golden {
+    /// What wrote it.
+    pub tool: Tool,
+    /// The log it was made from; `None` for results that come from no log.
+    pub log: Option<LogInfo>,
+    /// Every parameter of the replay.
+    pub config: Option<Config>,
+    /// What counts as the same.
+    pub tolerances: Tolerance,
+    /// What was found good.
+    pub results: Results,
+}
+
+/// What wrote a file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tool {
+    /// `tmam`.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+}
+
+/// The log that a golden file was made from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogInfo {
+    /// Its file name.
+    pub file: String,
+    /// [`digest`](super::digest()) of its events.
+    pub events_sha256: String,
+}
+
+/// Why a golden file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum GoldenError {
+    /// It cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is of another kind, or of a version that this program does not know.
+    #[error(
+        "{} has the schema `{found}`, and this is tmam {}, which reads `{SCHEMA}`. {}",
+        path.display(), env!("CARGO_PKG_VERSION"),
+        if *.newer { "Install the tmam that wrote it, or bless it again with this one after removing the file" }
+        else { "It is no golden file" }
+    )]
+    Schema {
+        /// The file.
+        path: PathBuf,
+        /// Its schema.
+        found: String,
+        /// Whether a later version wrote it.
+        newer: bool,
+    },
+    /// It is not what its schema says.
+    #[error(
+        "{} is no golden file as tmam writes it: {reason}. Mend it, take it back from version control, \
+         or remove it and bless anew", path.display()
+    )]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A parameter that JSON cannot hold.
+    #[error("the configuration cannot be recorded in a golden file: {reason}")]
+    Config {
+        /// Why.
+        reason: String,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    schema: String,
+    tool: Tool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    log: Option<LogInfo>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    config: Option<Config>,
+    tolerances: Tolerance,
+    map: Rows,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    features: Option<Rows>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    labels: Option<LabelTable>,
+}
+
+#[derive(Deserialize)]
+struct Head {
+    schema: String,
+}
+
+impl Golden {
+    /// Results to be held from now on.
+    pub fn new(
+        log: Option<LogInfo>,
+        config: Option<Config>,
+        tolerances: Tolerance,
+        results: Results,
+    ) -> Self {
+        Self {
+            tool: Tool {
+                name: "tmam".to_owned(),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+            },
+            log,
+            config,
+            tolerances,
+            results,
+        }
+    }
+
+    /// Reads a golden file; also the names of parameters that it does not record, because a later
+    /// version of this program has added them.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is of another schema, or contradicts itself.
+    pub fn read(path: &Path) -> Result<(Self, Vec<String>), GoldenError> {
+        let bytes = std::fs::read(path).map_err(|source| GoldenError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::parse(&bytes, path)
+    }
+
+    fn parse(bytes: &[u8], path: &Path) -> Result<(Self, Vec<String>), GoldenError> {
+        let malformed = |reason: String| GoldenError::Malformed {
+            path: path.to_owned(),
+            reason,
+        };
+        let head: Head = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        if head.schema != SCHEMA {
+            return Err(GoldenError::Schema {
+                path: path.to_owned(),
+                newer: head.schema.starts_with("tmam.golden/"),
+                found: head.schema,
+            });
+        }
+        let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        let unrecorded = file
+            .config
+            .as_ref()
+            .map(|config| unrecorded(bytes, config))
+            .unwrap_or_default();
+        let golden = file
+            .open()
+            .map_err(|reason: Contradiction| malformed(reason.0))?;
+        Ok((golden, unrecorded))
+    }
+
+    /// The file's bytes: the same for the same content.
+    ///
+    /// # Errors
+    /// A configuration that would not come back as it is.
+    pub fn render(&self) -> Result<Vec<u8>, GoldenError> {
+        let unfit = |reason: String| GoldenError::Config { reason };
+        let file = File {
+            schema: SCHEMA.to_owned(),
+            tool: self.tool.clone(),
+            log: self.log.clone(),
+            config: self.config.clone(),
+            tolerances: self.tolerances,
+            map: self.results.map.as_slice().into(),
+            features: Some(Rows::from(self.results.extracted.as_slice()))
+                .filter(|_| self.log.is_some() || !self.results.extracted.is_empty()),
+            labels: self.results.labels.as_ref().map(LabelTable::from),
+        };
+        let bytes = render(&file).map_err(|e| unfit(e.to_string()))?;
+        let (back, _) = Self::parse(&bytes, Path::new("the golden file"))
+            .map_err(|error| unfit(error.to_string()))?;
+        if back.config != self.config {
+            return Err(unfit(NOT_FINITE.to_owned()));
+        }
+        Ok(bytes)
+    }
+}
+
+/// A configuration as a golden file gives it back.
+///
+/// The reader of JSON may be off by the last bit of a number, so a log is blessed with the numbers
+/// that it will be checked with.
+///
+/// # Errors
+/// A number that JSON cannot hold.
+pub fn as_recorded(config: &Config) -> Result<Config, GoldenError> {
+    /// One in ten numbers is off by a bit, and hardly one of those again.
+    const MOST_ROUNDS: usize = 20;
+    let unfit = |reason: String| GoldenError::Config { reason };
+    let mut config = config.clone();
+    for _ in 0..MOST_ROUNDS {
+        let bytes = render(&config).map_err(|e| unfit(e.to_string()))?;
+        if bytes.windows(5).any(|window| window == b" null") {
+            return Err(unfit(NOT_FINITE.to_owned()));
+        }
+        let back: Config = serde_json::from_slice(&bytes).map_err(|e| unfit(e.to_string()))?;
+        if back == config {
+            return Ok(config);
+        }
+        config = back;
+    }
+    Err(unfit("a number in it has too many digits".to_owned()))
+}
+
+const NOT_FINITE: &str =
+    "a number in it is not finite, and JSON holds only finite ones; give a large one";
+
+/// What a file says that cannot be.
+pub struct Contradiction(pub String);
+
+impl From<ToleranceError> for Contradiction {
+    fn from(error: ToleranceError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl From<ConfigError> for Contradiction {
+    fn from(error: ConfigError) -> Self {
+        Self(format!("config: {error}"))
+    }
+}
+
+impl File {
+    fn open(self) -> Result<Golden, Contradiction> {
+        self.tolerances.check()?;
+        if let Some(config) = &self.config {
+            check(config)?;
+        }
+        let labels = self.labels.map(LabelTable::open).transpose()?;
+        Ok(Golden {
+            tool: self.tool,
+            log: self.log,
+            config: self.config,
+            tolerances: self.tolerances,
+            results: Results {
+                map: self.map.into(),
+                extracted: self.features.map(Vec::from).unwrap_or_default(),
+                labels,
+            },
+        })
+    }
+}
+
+/// Parameters that the program has and the file does not record.
+fn unrecorded(bytes: &[u8], config: &Config) -> Vec<String> {
+    let recorded = serde_json::from_slice(bytes)
+        .ok()
+        .and_then(|file: serde_json::Value| file.get("config").cloned());
+    let (Some(recorded), Ok(full)) = (recorded, serde_json::to_value(config)) else {
+        return Vec::new();
+    };
+    let mut missing = Vec::new();
+    absent(&recorded, &full, "", &mut missing);
+    missing
+}
+
+fn absent(
+    recorded: &serde_json::Value,
+    full: &serde_json::Value,
+    path: &str,
+    missing: &mut Vec<String>,
+) {
+    let (Some(recorded), Some(full)) = (recorded.as_object(), full.as_object()) else {
+        return;
+    };
+    for (key, value) in full {
+        let path = if path.is_empty() {
+            key.clone()
+        } else {
+            format!("{path}.{key}")
+        };
+        match recorded.get(key) {
+            Some(recorded) => absent(recorded, value, &path, missing),
+            None => missing.push(path),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::golden::results::Feature;
+
+    #[test]
+    fn any_configuration_is_recorded_to_the_last_bit_that_is_read_back() {
+        for tenths in 1..400 {
+            let mut config = Config::default();
+            config.triple.gamma = (f64::from(tenths) / 10.0).to_radians();
+            let asked = config.triple.gamma;
+            config = as_recorded(&config).unwrap();
+            assert!((config.triple.gamma - asked).abs() <= 2.0 * f64::EPSILON * asked);
+            let results = Results::of_map([Feature::point(1.0, 2.0)]);
+            let golden = Golden::new(None, Some(config), Tolerance::default(), results);
+            let bytes = golden.render().unwrap();
+            let (back, unrecorded) = Golden::parse(&bytes, Path::new("golden")).unwrap();
+            assert_eq!(back, golden);
+            assert!(unrecorded.is_empty());
+        }
+    }
+
+    #[test]
+    fn what_json_cannot_hold_is_refused() {
+        let mut config = Config::default();
+        config.sonar.entry("left".to_owned()).or_default().max_range = Some(f64::INFINITY);
+        assert!(
+            as_recorded(&config)
+                .unwrap_err()
+                .to_string()
+                .contains("not finite")
+        );
+    }
+
+    #[test]
+    fn parameters_that_a_file_does_not_record_are_named() {
+        let results = Results::of_map([Feature::point(1.0, 2.0)]);
+        let golden = Golden::new(None, Some(Config::default()), Tolerance::default(), results);
+        let text = String::from_utf8(golden.render().unwrap()).unwrap();
+        let without = text.replace("      \"alpha\": 0.5,\n", "");
+        assert!(without.len() < text.len());
+        let (_, unrecorded) = Golden::parse(without.as_bytes(), Path::new("golden")).unwrap();
+        assert_eq!(unrecorded, ["triple.alpha"]);
+    }
+}

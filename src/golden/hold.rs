@@ -1,0 +1,120 @@
+//! Golden files from a Rust test: another crate's features, held in `cargo test`.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::compare::compare;
+use super::file::{Golden, GoldenError};
+use super::results::Results;
+use super::text::describe;
+use super::tolerance::{Tolerance, ToleranceError};
+use crate::output::{Output, OutputError};
+
+/// The environment variable that, set to 1, makes [`hold`] write the golden file.
+pub const UPDATE: &str = "UPDATE_GOLDEN";
+
+/// What [`hold`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// The results are what the golden file says.
+    Matches,
+    /// The golden file was written.
+    Written,
+}
+
+/// Why results do not pass.
+#[derive(Debug, thiserror::Error)]
+pub enum HoldError {
+    /// They are not what the golden file says.
+    #[error(
+        "{} difference(s) from {}:\n  {}\nIf this is as it should be, run again with {UPDATE}=1 and review what changed.",
+        differences.len(), path.display(), differences.join("\n  ")
+    )]
+    Differs {
+        /// The golden file.
+        path: PathBuf,
+        /// Each in a line.
+        differences: Vec<String>,
+    },
+    /// There is no golden file.
+    #[error("there is no golden file {}; run with {UPDATE}=1 to write it", path.display())]
+    Missing {
+        /// Where it should be.
+        path: PathBuf,
+    },
+    /// There is nothing to hold.
+    #[error("no feature was found, and an empty result is never blessed; {} is left as it is", path.display())]
+    Empty {
+        /// The golden file.
+        path: PathBuf,
+    },
+    /// A golden file must not be written where nobody looks.
+    #[error("{UPDATE} is set, and so is CI: golden files are blessed by people. Unset {UPDATE}")]
+    InCi,
+    /// The golden file is no golden file.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    /// The tolerance makes no sense.
+    #[error(transparent)]
+    Tolerance(#[from] ToleranceError),
+    /// The golden file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// Holds results to a golden file. The tolerances are those in the file; `tolerance` is what goes
+/// into it when it is written.
+///
+/// # Errors
+/// Differences, in words; and whatever keeps them from being found.
+pub fn hold(
+    path: impl AsRef<Path>,
+    actual: &Results,
+    tolerance: &Tolerance,
+) -> Result<Outcome, HoldError> {
+    let set = |name: &str| std::env::var(name).is_ok_and(|value| is_set(&value));
+    let path = path.as_ref();
+    if set(UPDATE) {
+        if set("CI") {
+            return Err(HoldError::InCi);
+        }
+        return write(path, actual, tolerance);
+    }
+    if !path.exists() {
+        return Err(HoldError::Missing {
+            path: path.to_owned(),
+        });
+    }
+    let (golden, _) = Golden::read(path)?;
+    let found = compare(&golden.results, actual, &golden.tolerances);
+    if found.matches(false) {
+        return Ok(Outcome::Matches);
+    }
+    Err(HoldError::Differs {
+        path: path.to_owned(),
+        differences: found
+            .differences
+            .iter()
+            .map(|difference| describe(difference, None))
+            .collect(),
+    })
+}
+
+/// Whether an environment variable's value means yes.
+pub fn is_set(value: &str) -> bool {
+    !matches!(value, "" | "0" | "false")
+}
+
+fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Outcome, HoldError> {
+    if actual.is_empty() {
+        return Err(HoldError::Empty {
+            path: path.to_owned(),
+        });
+    }
+    tolerance.check()?;
+    let bytes = Golden::new(None, None, *tolerance, actual.clone()).render()?;
+    let mut out = Output::create(path)?;
+    out.write_all(&bytes).map_err(|source| out.failed(source))?;
+    out.commit()?;
+    Ok(Outcome::Written)
+}

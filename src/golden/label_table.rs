@@ -1,0 +1,97 @@
+//! The labels of a golden file: a row per sonar, and counts that must agree with the rows.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::coding::{decode_marks, decode_steps, encode_marks, encode_steps};
+use super::file::Contradiction;
+use super::results::{LabelledArc, Labels, Mark};
+
+/// The labels of a golden file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LabelTable {
+    contact: u64,
+    intersection: u64,
+    unidentified: u64,
+    sonars: BTreeMap<String, SonarRow>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SonarRow {
+    labels: String,
+    first_ns: i64,
+    steps_ms: String,
+}
+
+impl From<&Labels> for LabelTable {
+    fn from(labels: &Labels) -> Self {
+        let counts = labels.counts();
+        let count = |mark| counts.get(&mark).copied().unwrap_or_default();
+        let rows = labels.sonars.iter().filter_map(|(sonar, arcs)| {
+            let stamps: Vec<i64> = arcs.iter().map(|arc| arc.stamp_ns).collect();
+            let row = SonarRow {
+                labels: encode_marks(arcs.iter().map(|arc| arc.mark)),
+                first_ns: *stamps.first()?,
+                steps_ms: encode_steps(&stamps),
+            };
+            Some((sonar.clone(), row))
+        });
+        Self {
+            contact: count(Mark::Contact),
+            intersection: count(Mark::Intersection),
+            unidentified: count(Mark::Unidentified),
+            sonars: rows.collect(),
+        }
+    }
+}
+
+impl LabelTable {
+    /// The labels behind it.
+    ///
+    /// # Errors
+    /// Where it contradicts itself.
+    pub fn open(self) -> Result<Labels, Contradiction> {
+        let mut labels = Labels::default();
+        for (sonar, row) in self.sonars {
+            let wrong = |what: String| Contradiction(format!("labels of sonar `{sonar}`: {what}"));
+            let marks = decode_marks(&row.labels).map_err(wrong)?;
+            let stamps = decode_steps(row.first_ns, &row.steps_ms).map_err(wrong)?;
+            if marks.len() != stamps.len() {
+                return Err(wrong(format!(
+                    "there are {} labels and {} stamps",
+                    marks.len(),
+                    stamps.len()
+                )));
+            }
+            let arcs = marks
+                .into_iter()
+                .zip(stamps)
+                .map(|(mark, stamp_ns)| LabelledArc {
+                    stamp_ns,
+                    mark,
+                    frame: None,
+                    margin: None,
+                    reason: None,
+                });
+            labels.sonars.insert(sonar, arcs.collect());
+        }
+        let counts = labels.counts();
+        for (mark, said) in [
+            (Mark::Contact, self.contact),
+            (Mark::Intersection, self.intersection),
+            (Mark::Unidentified, self.unidentified),
+        ] {
+            let found = counts.get(&mark).copied().unwrap_or_default();
+            if found != said {
+                return Err(Contradiction(format!(
+                    "labels: {said} {} are counted, but the sonars have {found}",
+                    mark.name()
+                )));
+            }
+        }
+        Ok(labels)
+    }
+}

@@ -1,0 +1,227 @@
+//! Differences in words.
+
+use std::path::Path;
+
+use super::difference::{
+    Change, Difference, FeatureDifference, LabelChange, LabelRun, Set, State, Value,
+};
+use super::results::{Feature, Geometry, Labels, Mark};
+use crate::geometry::{Vec2, unit};
+
+/// A difference in one line: what it was, what it is, by how much, and where to look; `recording` is
+/// where it can be looked at.
+pub fn describe(difference: &Difference, recording: Option<&Path>) -> String {
+    match difference {
+        Difference::Log { golden, actual } => {
+            let short = |digest: &str| digest.get(..12).unwrap_or(digest).to_owned();
+            format!(
+                "the log does not hold the events that were blessed: sha256 {} -> {}",
+                short(golden),
+                short(actual)
+            )
+        }
+        Difference::Feature(feature) => {
+            format!(
+                "{}{}",
+                feature_text(feature),
+                look(feature.frames(), recording)
+            )
+        }
+        Difference::Labels(run) => format!("{}{}", run_text(run), look(run.frames(), recording)),
+    }
+}
+
+fn look(frames: Option<[u32; 2]>, recording: Option<&Path>) -> String {
+    let Some([first, last]) = frames else {
+        return String::new();
+    };
+    let span = in_frames([first, last]);
+    match recording {
+        Some(path) => format!(", {span}, rerun {} at frame {first}", path.display()),
+        None => format!(", {span}"),
+    }
+}
+
+/// `frame 118` or `frames 118-164`.
+pub fn in_frames([first, last]: [u32; 2]) -> String {
+    if first == last {
+        format!("frame {first}")
+    } else {
+        format!("frames {first}-{last}")
+    }
+}
+
+fn feature_text(difference: &FeatureDifference) -> String {
+    let Some(feature) = difference.feature() else {
+        return "a feature".to_owned();
+    };
+    let name = name(feature, difference.set);
+    match difference.state() {
+        State::Missing => format!("{name} is missing{}", place(feature)),
+        State::New => format!("{name} is new{}", place(feature)),
+        State::Changed => {
+            let changes: Vec<String> = difference.changes.iter().map(change).collect();
+            format!("{name}: {}", changes.join("; "))
+        }
+    }
+}
+
+fn name(feature: &Feature, set: Set) -> String {
+    let kind = feature.kind.name();
+    match (set, &feature.sensor) {
+        (Set::Map, _) => format!("{kind} {}", feature.id),
+        (Set::Extracted, Some(sensor)) => format!("extracted {kind} {} of {sensor}", feature.id),
+        (Set::Extracted, None) => format!("extracted {kind} {}", feature.id),
+    }
+}
+
+fn place(feature: &Feature) -> String {
+    let place = match &feature.geometry {
+        Some(Geometry::Line {
+            rho,
+            theta,
+            mid,
+            half_length,
+        }) => {
+            let along = unit(theta + std::f64::consts::FRAC_PI_2) * *half_length;
+            let mid = Vec2::from(*mid);
+            let end = |at: Vec2| format!("({:.3}, {:.3})", at.x + 0.0, at.y + 0.0);
+            format!(
+                ": rho {rho:.4} m, theta {:.2} deg, {} to {}",
+                theta.to_degrees(),
+                end(mid + along * -1.0),
+                end(mid + along)
+            )
+        }
+        Some(Geometry::Point { x, y }) => format!(": x {x:.4}, y {y:.4} m"),
+        None => match &feature.fate {
+            Some(fate) => format!(": {fate}"),
+            None => String::new(),
+        },
+    };
+    match feature.readings {
+        0 => place,
+        n => format!("{place}, {n} readings"),
+    }
+}
+
+/// `rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010)`.
+fn change(change: &Change) -> String {
+    let what = change.what;
+    match &change.value {
+        Value::Length {
+            golden,
+            actual,
+            delta,
+            tolerance,
+        } => format!(
+            "{what} {golden:.4} -> {actual:.4} m ({delta:+.4}, tolerance {})",
+            decimals(*tolerance)
+        ),
+        Value::Angle {
+            golden,
+            actual,
+            delta,
+            tolerance,
+        } => format!(
+            "{what} {:.2} -> {:.2} deg ({:+.2}, tolerance {})",
+            golden.to_degrees(),
+            actual.to_degrees(),
+            delta.to_degrees(),
+            decimals(tolerance.to_degrees())
+        ),
+        Value::Deviation {
+            golden,
+            actual,
+            delta,
+            tolerance,
+        } => format!(
+            "{what} {golden:.6} -> {actual:.6} ({:+.0} %, tolerance {} %)",
+            delta * 100.0,
+            (tolerance * 1e4).round() / 100.0
+        ),
+        Value::Count {
+            golden,
+            actual,
+            tolerance,
+        } => format!(
+            "{what} {golden} -> {actual} ({:+}, tolerance {tolerance})",
+            i64::from(*actual) - i64::from(*golden)
+        ),
+        Value::Word { golden, actual } => format!("{what} {golden} -> {actual}"),
+    }
+}
+
+/// Three decimals, or as many as show what there is.
+fn decimals(x: f64) -> String {
+    if x == 0.0 || x >= 0.0005 {
+        format!("{x:.3}")
+    } else {
+        format!("{x}")
+    }
+}
+
+fn run_text(run: &LabelRun) -> String {
+    let n = run.arcs.len();
+    let arcs = if n == 1 {
+        "1 arc".to_owned()
+    } else {
+        format!("{n} arcs")
+    };
+    let sensor = &run.sensor;
+    match run.change {
+        LabelChange::Flipped {
+            golden,
+            actual,
+            reason,
+        } => {
+            let why = reason.map_or_else(String::new, |reason| format!(" ({reason})"));
+            format!(
+                "{sensor}: {arcs} {} -> {}{why}{}",
+                golden.name(),
+                actual.name(),
+                margins(run)
+            )
+        }
+        LabelChange::Gone(mark) => {
+            format!("{sensor}: {arcs} gone, {} before{}", mark.name(), at(run))
+        }
+        LabelChange::New(mark) => format!("{sensor}: {arcs} new, {}{}", mark.name(), at(run)),
+    }
+}
+
+fn at(run: &LabelRun) -> String {
+    run.arcs
+        .first()
+        .map_or_else(String::new, |arc| format!(", stamp {} ns", arc.stamp_ns))
+}
+
+fn margins(run: &LabelRun) -> String {
+    let margins = || run.arcs.iter().filter_map(|arc| arc.margin);
+    let (Some(least), Some(most)) = (
+        margins().min_by(f64::total_cmp),
+        margins().max_by(f64::total_cmp),
+    ) else {
+        return String::new();
+    };
+    let degrees = |margin: f64| format!("{:.3}", margin.to_degrees());
+    match (degrees(least), degrees(most)) {
+        (least, most) if least == most => format!(", margin {least} deg"),
+        (least, most) => format!(", margins {least} to {most} deg"),
+    }
+}
+
+/// How the numbers of labels changed: `contact 240 -> 231, ...`.
+pub fn counts(golden: &Labels, actual: &Labels) -> String {
+    let (golden, actual) = (golden.counts(), actual.counts());
+    Mark::ALL
+        .map(|mark| {
+            let [then, now] =
+                [&golden, &actual].map(|counts| counts.get(&mark).copied().unwrap_or(0));
+            match then == now {
+                true => format!("{} {now}", mark.name()),
+                false => format!("{} {then} -> {now}", mark.name()),
+            }
+        })
+        .join(", ")
+}

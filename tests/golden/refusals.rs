@@ -1,0 +1,354 @@
+//! What cannot be judged is never called good, and says what to do.
+
+use std::fs;
+
+use crate::support::{Bench, sample, without};
+use crate::{bench_with, golden, path_of, report, tmam};
+
+fn said(bench: &Bench, log: &str) -> (i32, String) {
+    let run = tmam(bench, &["check", log, "--golden", "golden"], &[]);
+    (run.code, run.stdout + &run.stderr)
+}
+
+#[test]
+fn logs_that_are_not_whole_or_say_nothing_are_not_judged_and_not_blessed() {
+    let whole = fs::read(sample("room_drive.mcap")).unwrap();
+    let mut zeros = whole.clone();
+    zeros[whole.len() / 2..].fill(0);
+    for (what, bytes, code, words) in [
+        (
+            "cut in half",
+            whole[..whole.len() / 2].to_vec(),
+            3,
+            "could not be read whole",
+        ),
+        ("half of it zeros", zeros, 3, "could not be read whole"),
+        (
+            "without its ranges",
+            without(&sample("room_drive.mcap"), &["/sonar"]),
+            2,
+            "no range readings",
+        ),
+        ("empty", Vec::new(), 2, ""),
+        ("no log at all", b"hello".to_vec(), 2, "not an MCAP file"),
+    ] {
+        let bench = bench_with("room_drive", |_| {});
+        bench.put("room_drive.mcap", bytes);
+        let (found, text) = said(&bench, "room_drive.mcap");
+        assert_eq!(found, code, "{what}: {text}");
+        assert!(text.contains(words), "{what}: {text}");
+        let before = bench.bytes("golden/room_drive.golden.json");
+        let run = tmam(
+            &bench,
+            &[
+                "check",
+                "room_drive.mcap",
+                "--golden",
+                "golden",
+                "--bless",
+                "--force",
+            ],
+            &[],
+        );
+        assert_eq!(run.code, code, "{what}: {}", run.stdout);
+        assert!(
+            bench.bytes("golden/room_drive.golden.json") == before,
+            "{what} was blessed"
+        );
+    }
+}
+
+#[test]
+fn a_result_without_features_is_not_blessed() {
+    let bench = Bench::new();
+    let log = path_of("room_drive.mcap");
+    let arguments = ["check", &log, "--golden", "golden", "--bless", "--end", "1"];
+    let run = tmam(&bench, &arguments, &[]);
+    assert_eq!(run.code, 3, "{}", run.stdout);
+    assert!(run.stdout.contains("gives no feature"), "{}", run.stdout);
+    assert_eq!(fs::read_dir(bench.path("golden")).unwrap().count(), 0);
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let bench = bench_with("room_drive", |_| {});
+    let (code, text) = said(&bench, &path_of("room_step.mcap"));
+    assert_eq!(code, 3, "{text}");
+    assert!(
+        text.contains("no golden file golden/room_step.golden.json") && text.contains("--bless"),
+        "{text}"
+    );
+    assert!(
+        text.contains("no log was given for golden/room_drive.golden.json"),
+        "{text}"
+    );
+    let (code, text) = said(&bench, "room_drive.mcap");
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("cannot read room_drive.mcap"), "{text}");
+    let empty = Bench::new();
+    let (code, text) = said(&empty, &path_of("room_step.mcap"));
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("no directory golden"), "{text}");
+}
+
+#[test]
+fn a_golden_file_that_makes_no_sense_is_refused() {
+    type Change = fn(&mut serde_json::Value);
+    let changes: [(Change, &str); 10] = [
+        (|f| f["schema"] = "tmam.golden/2".into(), "tmam.golden/2"),
+        (|f| f["schema"] = "tmam.features/1".into(), "no golden file"),
+        (|f| f["tolerances"]["rho"] = (-1.0).into(), "at least 0"),
+        (|f| f["tolerances"]["rho"] = 0.9.into(), "pair_distance"),
+        (
+            |f| f["tolerances"]["loose"] = 1.into(),
+            "unknown field `loose`",
+        ),
+        (
+            |f| {
+                f["tolerances"].as_object_mut().unwrap().remove("theta");
+            },
+            "missing field `theta`",
+        ),
+        (|f| f["labels"]["contact"] = 1.into(), "are counted"),
+        (
+            |f| f["labels"]["sonars"]["sonar_04"]["labels"] = "9999999999C".into(),
+            "more than",
+        ),
+        (
+            |f| f["config"]["triple"]["gamma"] = (-1.0).into(),
+            "triple.gamma",
+        ),
+        (
+            |f| f["map"]["lines"][0]["rho"] = "far".into(),
+            "invalid type",
+        ),
+    ];
+    for (change, words) in changes {
+        let bench = bench_with("room_drive", change);
+        let before = bench.bytes("golden/room_drive.golden.json");
+        let (code, text) = said(&bench, &path_of("room_drive.mcap"));
+        assert_eq!(code, 2, "{words}: {text}");
+        assert!(
+            text.contains(words) && text.contains("room_drive.golden.json"),
+            "{words}: {text}"
+        );
+        let log = path_of("room_drive.mcap");
+        let run = tmam(
+            &bench,
+            &["check", &log, "--golden", "golden", "--bless"],
+            &[],
+        );
+        assert_eq!(
+            run.code, 2,
+            "{words}: blessing overwrites nothing that it cannot read"
+        );
+        assert!(bench.bytes("golden/room_drive.golden.json") == before);
+    }
+    let bench = bench_with("room_drive", |_| {});
+    bench.put("golden/room_drive.golden.json", b"{\"schema\": \"tmam.gol");
+    assert_eq!(said(&bench, &path_of("room_drive.mcap")).0, 2);
+}
+
+#[test]
+fn machines_do_not_bless() {
+    let bench = Bench::new();
+    let log = path_of("room_drive.mcap");
+    let bless = ["check", &log, "--golden", "golden", "--bless"];
+    let run = tmam(&bench, &bless, &[("CI", "true")]);
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr.contains("CI is set") && run.stderr.contains("--force"),
+        "{}",
+        run.stderr
+    );
+    assert!(!bench.path("golden").exists());
+    let forced: Vec<&str> = bless.into_iter().chain(["--force"]).collect();
+    assert_eq!(tmam(&bench, &forced, &[("CI", "true")]).code, 0);
+    assert_eq!(tmam(&bench, &bless, &[("CI", "false")]).code, 0);
+}
+
+#[test]
+fn two_logs_of_one_name_are_refused_before_anything_is_done() {
+    let bench = bench_with("room_drive", |_| {});
+    fs::create_dir(bench.path("other")).unwrap();
+    fs::copy(
+        sample("room_drive.mcap"),
+        bench.path("other/room_drive.mcap"),
+    )
+    .unwrap();
+    let log = path_of("room_drive.mcap");
+    let run = tmam(
+        &bench,
+        &["check", &log, "other/room_drive.mcap", "--golden", "golden"],
+        &[],
+    );
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr.contains("the same golden file"),
+        "{}",
+        run.stderr
+    );
+    assert!(run.stdout.is_empty(), "{}", run.stdout);
+}
+
+#[test]
+fn parameters_have_no_place_in_a_check() {
+    let bench = bench_with("room_drive", |_| {});
+    let log = path_of("room_drive.mcap");
+    let run = tmam(
+        &bench,
+        &["check", &log, "--golden", "golden", "--gamma", "8"],
+        &[],
+    );
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("--bless"), "{}", run.stderr);
+}
+
+#[test]
+fn the_gravest_verdict_decides_and_every_log_is_checked() {
+    let bench = bench_with("room_drive", |file| {
+        file["map"]["points"][0]["x"] = 77.0.into()
+    });
+    fs::copy(
+        golden().join("room_step.golden.json"),
+        bench.path("golden/room_step.golden.json"),
+    )
+    .unwrap();
+    fs::copy(sample("room_step.mcap"), bench.path("unknown.mcap")).unwrap();
+    let (drive, step) = (path_of("room_drive.mcap"), path_of("room_step.mcap"));
+    for (logs, code) in [
+        (vec!["nowhere.mcap", "unknown.mcap", &drive, &step], 2),
+        (vec!["unknown.mcap", &drive, &step], 1),
+        (vec!["unknown.mcap", &step], 3),
+        (vec![&step], 0),
+    ] {
+        let mut arguments = vec!["check"];
+        arguments.extend(&logs);
+        arguments.extend(["--golden", "golden"]);
+        let run = tmam(&bench, &arguments, &[]);
+        assert_eq!(run.code, code, "{}", run.stdout);
+        assert!(
+            run.stdout.contains(&format!("{} log", logs.len())),
+            "{}",
+            run.stdout
+        );
+        assert!(run.stdout.contains("1 ok"), "{}", run.stdout);
+    }
+}
+
+#[test]
+fn a_part_without_logs_is_not_good() {
+    let bench = bench_with("room_drive", |_| {});
+    let log = path_of("room_drive.mcap");
+    let part = |part: &str| {
+        tmam(
+            &bench,
+            &["check", &log, "--golden", "golden", "--partition", part],
+            &[],
+        )
+    };
+    assert_eq!(part("1/2").code, 0);
+    let run = part("2/2");
+    assert_eq!(run.code, 3, "{}", run.stdout);
+    assert!(run.stdout.contains("nothing to judge"), "{}", run.stdout);
+    assert_eq!(part("3/2").code, 2);
+}
+
+#[test]
+fn where_nothing_can_be_written_nothing_is_begun() {
+    let bench = bench_with("room_drive", |_| {});
+    bench.put("a_file", b"");
+    let log = path_of("room_drive.mcap");
+    for arguments in [
+        ["--artifacts", "a_file/out"],
+        ["--junit", "no/such/dir.xml"],
+        ["--summary", "golden"],
+    ] {
+        let mut all = vec!["check", &log, "--golden", "golden"];
+        all.extend(arguments);
+        let run = tmam(&bench, &all, &[]);
+        assert_eq!(run.code, 2, "{arguments:?}: {}", run.stderr);
+        assert!(run.stderr.contains("cannot write"), "{}", run.stderr);
+        assert!(run.stdout.is_empty());
+    }
+}
+
+#[test]
+fn a_borderline_flip_fails_only_when_strict() {
+    // One arc whose label has next to nothing to spare gets another label in the golden file.
+    let bench = Bench::new();
+    assert_eq!(
+        bench
+            .tmam(
+                &sample("room_step.mcap"),
+                "replay {} --rule paper --trace t"
+            )
+            .code,
+        0
+    );
+    let rows = bench.json_lines("t");
+    let near = rows
+        .iter()
+        .filter(|row| row["label"] == "unidentified" && row["margin"].is_number())
+        .min_by(|a, b| {
+            a["margin"]
+                .as_f64()
+                .unwrap()
+                .total_cmp(&b["margin"].as_f64().unwrap())
+        })
+        .unwrap();
+    let margin = near["margin"].as_f64().unwrap();
+    let sensor = near["sensor"].as_str().unwrap();
+    let place = rows
+        .iter()
+        .filter(|row| row["sensor"] == sensor)
+        .position(|row| row["frame"] == near["frame"])
+        .unwrap();
+    for (borderline, code) in [(margin * 2.0, 0), (margin / 2.0, 1)] {
+        let bench = bench_with("room_step", |file| {
+            file["tolerances"]["borderline"] = borderline.into();
+            let labels = &mut file["labels"];
+            let row = &mut labels["sonars"][sensor]["labels"];
+            let mut marks: Vec<char> = row
+                .as_str()
+                .unwrap()
+                .split(' ')
+                .flat_map(|run| {
+                    let (count, letter) = run.split_at(run.len() - 1);
+                    letter
+                        .repeat(count.parse().unwrap())
+                        .chars()
+                        .collect::<Vec<_>>()
+                })
+                .collect();
+            marks[place] = 'C';
+            *row = marks
+                .iter()
+                .map(|mark| format!("1{mark}"))
+                .collect::<Vec<_>>()
+                .join(" ")
+                .into();
+            for (label, by) in [("contact", 1), ("unidentified", -1)] {
+                labels[label] = (labels[label].as_i64().unwrap() + by).into();
+            }
+        });
+        let (found, said) = report(&bench, &sample("room_step.mcap"));
+        assert_eq!(found, code, "{said:#}");
+        let log = &said["logs"][0];
+        let [flips, near_ones] =
+            ["differences", "borderline"].map(|key| log[key].as_array().unwrap().len());
+        assert_eq!((flips, near_ones), if code == 0 { (0, 1) } else { (1, 0) });
+        let path = path_of("room_step.mcap");
+        let run = tmam(
+            &bench,
+            &["check", &path, "--golden", "golden", "--strict"],
+            &[],
+        );
+        assert_eq!(run.code, 1, "{}", run.stdout);
+        assert!(
+            run.stdout.contains("contact -> unidentified"),
+            "{}",
+            run.stdout
+        );
+    }
+}
