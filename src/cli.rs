@@ -4,6 +4,7 @@ mod check;
 mod config;
 mod diff;
 mod evaluate;
+mod explain;
 mod info;
 mod parameters;
 mod replay;
@@ -29,6 +30,10 @@ enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
     Evaluate(Box<evaluate::Args>),
+    #[command(mut_arg("sensor", |arg| arg
+        .help("The arc is of a sonar with such a name; every sonar is replayed"))
+    )]
+    Explain(Box<explain::Args>),
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
     Simulate(Box<simulate::Args>),
@@ -45,6 +50,7 @@ impl Cli {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),
             Command::Evaluate(args) => args.run(),
+            Command::Explain(args) => args.run(),
             Command::Check(args) => args.run(),
             Command::Diff(args) => args.run(),
             Command::Simulate(args) => args.run(),

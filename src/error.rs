@@ -6,6 +6,7 @@ use crate::check::CheckError;
 use crate::config::file::ConfigError;
 use crate::diff::DiffError;
 use crate::evaluate::TruthError;
+use crate::explain::ExplainError;
 use crate::golden::GoldenError;
 use crate::log::{LogError, itemised};
 use crate::output::OutputError;
@@ -43,6 +44,9 @@ pub enum Error {
     /// Nothing to hold a replay against.
     #[error(transparent)]
     Truth(#[from] TruthError),
+    /// Nothing to explain.
+    #[error(transparent)]
+    Explain(#[from] ExplainError),
     /// A flag, or a configuration made of flags.
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -104,9 +108,10 @@ impl Error {
     /// The exit code that goes with it.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Replay(ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. }) => {
-                INCOMPLETE
-            }
+            Self::Replay(error) | Self::Explain(ExplainError::Replay(error)) => match error {
+                ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. } => INCOMPLETE,
+                _ => UNUSABLE,
+            },
             _ => UNUSABLE,
         }
     }

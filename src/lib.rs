@@ -17,6 +17,7 @@ pub mod diff;
 pub mod error;
 pub mod evaluate;
 pub mod event;
+pub mod explain;
 pub mod features;
 pub mod frames;
 pub mod geometry;

@@ -17,6 +17,8 @@ pub struct Requested {
     pub evaluation: Option<PathBuf>,
     /// No recording, even where no output is named.
     pub no_recording: bool,
+    /// Shown in an open viewer, which is an output as well.
+    pub live: bool,
 }
 
 /// The outputs of a replay, open.
@@ -68,7 +70,7 @@ impl Requested {
             &self.trace,
             &self.evaluation,
         ];
-        if named.iter().all(|output| output.is_none()) {
+        if !self.live && named.iter().all(|output| output.is_none()) {
             self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
             self.features = Some(named_after(log, ".features.json"));
         }

@@ -11,6 +11,7 @@ mod decided;
 mod encode;
 mod extent;
 mod hold;
+pub mod live;
 mod log;
 mod map;
 mod overlay;
@@ -40,6 +41,7 @@ use self::decided::DecidedTables;
 use self::encode::RrdWriter;
 use self::extent::Extent;
 use self::hold::{Held, Hold};
+use self::live::{Live, LiveError};
 use self::log::LogTable;
 use self::map::MapTables;
 use self::overlay::OverlayTable;
@@ -71,6 +73,9 @@ pub enum Error {
     /// Rerun would not take a component.
     #[error("cannot form a component of the recording: {0}")]
     Component(Box<SerializationError>),
+    /// There is no viewer, or it has gone away.
+    #[error(transparent)]
+    Live(#[from] LiveError),
 }
 
 impl From<SerializationError> for Error {
@@ -84,6 +89,9 @@ pub struct Recording<W: Write> {
     // Taken at the end; `None` means that the file is closed.
     out: Option<RrdWriter<W>>,
     done: Option<W>,
+    // Whether the viewer's end is the recording's.
+    only_live: bool,
+    lost: Option<LiveError>,
     lines: Timelines,
     sonars: Vec<Sonar>,
     limits: Limits,
@@ -112,7 +120,7 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
-        Self::start(out, setting, Overlay::default(), None)
+        Self::start(out, setting, Overlay::default(), None, None)
     }
 
     /// Starts a recording of a replay that has been evaluated, with the truth and the errors in it.
@@ -124,7 +132,7 @@ impl<W: Write> Recording<W> {
         setting: Setting<'_>,
         evaluated: Evaluated<'_>,
     ) -> Result<Self, Error> {
-        Self::start(out, setting, Overlay::default(), Some(evaluated))
+        Self::start(out, setting, Overlay::default(), Some(evaluated), None)
     }
 
     /// Starts a recording with something drawn over it.
@@ -132,7 +140,23 @@ impl<W: Write> Recording<W> {
     /// # Errors
     /// When `out` cannot be written to.
     pub fn overlaid(out: W, setting: Setting<'_>, overlay: Overlay) -> Result<Self, Error> {
-        Self::start(out, setting, overlay, None)
+        Self::start(out, setting, overlay, None, None)
+    }
+
+    /// Starts a recording that an open viewer, where there is one, is shown as well. When it goes
+    /// away that is an error where the recording is `only_live`; else it goes on without, and
+    /// [`lost`](Self::lost) says so.
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn with_viewer(
+        out: W,
+        viewer: Option<Live>,
+        only_live: bool,
+        setting: Setting<'_>,
+    ) -> Result<Self, Error> {
+        let live = viewer.map(|viewer| (viewer, only_live));
+        Self::start(out, setting, Overlay::default(), None, live)
     }
 
     fn start(
@@ -140,11 +164,13 @@ impl<W: Write> Recording<W> {
         setting: Setting<'_>,
         overlay: Overlay,
         evaluated: Option<Evaluated<'_>>,
+        live: Option<(Live, bool)>,
     ) -> Result<Self, Error> {
+        let (viewer, only_live) = live.map_or((None, false), |(viewer, only)| (Some(viewer), only));
         let source = setting.source;
         let world = evaluated.map(|evaluated| evaluated.truth.world());
         let [recording, blueprint] = store_ids(&setting, world);
-        let mut out = RrdWriter::new(out, recording, blueprint, source.start_ns)?;
+        let mut out = RrdWriter::new(out, viewer, recording, blueprint, source.start_ns)?;
         let limits = Limits {
             gamma: setting.config.triple.gamma,
             gate: setting.config.opinion.gate,
@@ -180,6 +206,8 @@ impl<W: Write> Recording<W> {
         Ok(Self {
             out: Some(out),
             done: None,
+            only_live,
+            lost: None,
             lines,
             sonars: setting.sonars.to_vec(),
             limits,
@@ -205,6 +233,23 @@ impl<W: Write> Recording<W> {
     /// The writer, flushed, once [`Observer::finish`] has closed the file.
     pub fn into_inner(self) -> Option<W> {
         self.done
+    }
+
+    /// Why the viewer was not shown everything.
+    pub fn lost(&self) -> Option<&LiveError> {
+        self.lost.as_ref()
+    }
+
+    /// Notes that the viewer has gone away.
+    fn lose(&mut self, lost: Option<LiveError>) -> Result<(), Error> {
+        match lost {
+            Some(error) if self.only_live => Err(error.into()),
+            Some(error) => {
+                self.lost.get_or_insert(error);
+                Ok(())
+            }
+            None => Ok(()),
+        }
     }
 
     fn watch(&mut self, frame: &Frame, step: &Step) -> Result<(), Error> {
@@ -234,7 +279,9 @@ impl<W: Write> Recording<W> {
             self.suspects.pass(at);
         }
         self.digest(at, step)?;
-        self.judge(at, step)
+        self.judge(at, step)?;
+        let lost = self.out.as_mut().and_then(RrdWriter::lost);
+        self.lose(lost)
     }
 
     /// What a step decided, whether a frame came with it or not.
@@ -329,8 +376,9 @@ impl<W: Write> Recording<W> {
             first: self.overlay.first_frame,
         };
         blueprint::put(&layout, out_ref)?;
-        self.done = Some(out.finish()?);
-        Ok(())
+        let (done, lost) = out.finish()?;
+        self.done = Some(done);
+        self.lose(lost)
     }
 }
 

@@ -173,6 +173,12 @@ impl<'a> Replay<'a> {
         }
     }
 
+    /// Stamp of the log's first reading, in the window or not: what times are counted from.
+    pub fn origin_ns(&self) -> i64 {
+        let first = self.log.events.readings.first();
+        first.map_or(0, |reading| reading.stamp_ns)
+    }
+
     /// The log.
     pub fn log(&self) -> &'a Log {
         self.log

@@ -66,6 +66,12 @@ enum RuleName {
 }
 
 impl Parameters {
+    /// The sonars that `--sensor` names, for a command in which it selects something else than the
+    /// readings that are replayed.
+    pub fn take_sensors(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.sensor)
+    }
+
     /// The configuration in effect: defaults, then the file, then the flags.
     ///
     /// # Errors

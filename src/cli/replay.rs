@@ -10,7 +10,8 @@ use crate::log;
 use crate::observer::Observer;
 use crate::outputs::Requested;
 use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::recording::live::{DEFAULT_URL, Live};
+use crate::recording::{self, Recording};
 use crate::replay::Replay;
 use crate::report;
 use crate::trace::Trace;
@@ -51,6 +52,19 @@ pub struct Args {
     /// Write no recording
     #[arg(long)]
     no_recording: bool,
+    /// Show the recording in an open viewer while it is made; files are then written only where
+    /// they are named
+    #[arg(
+        long,
+        value_name = "URL",
+        num_args = 0..=1,
+        default_missing_value = DEFAULT_URL,
+        conflicts_with = "no_recording"
+    )]
+    connect: Option<String>,
+    /// The same, and start a viewer (`rerun`) if none is open
+    #[arg(long, conflicts_with = "no_recording")]
+    spawn: bool,
     /// Refuse a log that cannot be read whole, instead of using what can be read of it
     #[arg(long)]
     strict: bool,
@@ -78,15 +92,24 @@ impl Args {
             features: self.features,
             trace: self.trace,
             no_recording: self.no_recording,
+            live: self.connect.is_some() || self.spawn,
             ..Requested::default()
         };
         let mut outputs = requested.open(&self.log)?;
+        let url = self.connect.or(self.spawn.then(|| DEFAULT_URL.to_owned()));
+        let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose();
+        let viewer = viewer.map_err(recording::Error::from)?;
 
+        let only_live = outputs.recording.is_none();
+        let mut lost = None;
         let outcome = {
             let mut progress = Progress::new(&setting);
-            let recording = outputs.recording.as_mut();
-            let mut recording = recording
-                .map(|out| Recording::new(out, setting))
+            let file: Option<Box<dyn io::Write + '_>> = match outputs.recording.as_mut() {
+                Some(out) => Some(Box::new(out)),
+                None => viewer.is_some().then(|| Box::new(io::sink()) as _),
+            };
+            let mut recording = file
+                .map(|out| Recording::with_viewer(out, viewer, only_live, setting))
                 .transpose()?;
             let mut trace = outputs.trace.as_mut().map(|out| {
                 let path = out.path().to_owned();
@@ -95,7 +118,11 @@ impl Args {
             let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
             observers.extend(trace.as_mut().map(|t| t as &mut dyn Observer));
-            replay.run(&mut observers)?
+            let outcome = replay.run(&mut observers)?;
+            if let Some(error) = recording.as_ref().and_then(Recording::lost) {
+                lost = Some(error.to_string());
+            }
+            outcome
         };
         if let Some(out) = &mut outputs.features {
             features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
@@ -104,6 +131,9 @@ impl Args {
 
         // A reader that has gone away is no reason to fail: the files are written.
         let _ = io::stderr().write_all(report::problems(&log, &outcome).as_bytes());
+        if let Some(lost) = lost {
+            let _ = writeln!(io::stderr(), "warning: {lost}; the file has it all");
+        }
         if !self.quiet {
             let text = report::closing(&setting, &outcome, &written.files);
             let _ = if written.to_stdout {

@@ -137,6 +137,23 @@ impl Truth {
         Ok(truth)
     }
 
+    /// The same; `None` where nothing says the truth.
+    ///
+    /// # Errors
+    /// When what a log says of it is of no use.
+    pub fn if_known(
+        replay: &Replay<'_>,
+        recorded: &RecordedTruth,
+        given: Option<World>,
+        agreeing_range: f64,
+    ) -> Result<Option<Self>, TruthError> {
+        match Self::new(replay, recorded, given, agreeing_range) {
+            Ok(truth) => Ok(Some(truth)),
+            Err(TruthError::None { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
     /// The world.
     pub fn world(&self) -> &World {
         &self.world

@@ -21,6 +21,7 @@ use rerun::log::{Chunk, ChunkComponents, ChunkId, RowId, TimeColumn};
 use rerun::{EntityPath, SerializedComponentColumn, StoreId, Timeline};
 
 use super::Error;
+use super::live::{Live, LiveError};
 
 const COMPRESSION: Compression = Compression::LZ4;
 
@@ -58,9 +59,11 @@ impl Manifest {
     }
 }
 
-/// A Rerun file being written.
+/// A Rerun file being written, and sent to an open viewer where there is one.
 pub struct RrdWriter<W> {
     out: W,
+    viewer: Option<Live>,
+    lost: Option<LiveError>,
     written: u64,
     scratch: Vec<u8>,
     ids: Ids,
@@ -85,12 +88,15 @@ impl<W: Write> RrdWriter<W> {
     /// Writes the head of the file: its two stores, still empty.
     pub fn new(
         out: W,
+        viewer: Option<Live>,
         recording: StoreId,
         blueprint: StoreId,
         start_ns: i64,
     ) -> Result<Self, Error> {
         let mut writer = Self {
             out,
+            viewer,
+            lost: None,
             written: 0,
             scratch: Vec::new(),
             ids: Ids {
@@ -116,9 +122,26 @@ impl<W: Write> RrdWriter<W> {
                     StoreSource::Other(format!("tmam {}", env!("CARGO_PKG_VERSION"))),
                 ),
             });
+            writer.show(&message);
             writer.put(&message.to_transport(COMPRESSION)?)?;
         }
         Ok(writer)
+    }
+
+    /// Takes the viewer's error, once it has gone away.
+    pub fn lost(&mut self) -> Option<LiveError> {
+        self.lost.take()
+    }
+
+    /// Sends a message to the viewer, while there is one.
+    fn show(&mut self, message: &LogMsg) {
+        let Some(viewer) = &mut self.viewer else {
+            return;
+        };
+        if let Err(error) = viewer.send(message.clone()) {
+            self.lost = Some(error);
+            self.viewer = None;
+        }
     }
 
     /// Writes rows of one entity; `times` has one column per timeline, none for static data.
@@ -146,8 +169,9 @@ impl<W: Write> RrdWriter<W> {
             columns.into_iter().collect::<ChunkComponents>(),
         )?;
         let store_id = self.manifest(store).id.clone();
-        let message =
-            LogMsg::ArrowMsg(store_id, chunk.to_arrow_msg()?).to_transport(COMPRESSION)?;
+        let message = LogMsg::ArrowMsg(store_id, chunk.to_arrow_msg()?);
+        self.show(&message);
+        let message = message.to_transport(COMPRESSION)?;
         let uncompressed = message.byte_size_uncompressed();
         let header = MessageHeader::ENCODED_SIZE_BYTES as u64;
         let start = self.written + header;
@@ -160,16 +184,22 @@ impl<W: Write> RrdWriter<W> {
         Ok(())
     }
 
-    /// Puts the blueprint in force, closes the file and gives the writer back, flushed.
-    pub fn finish(mut self) -> Result<W, Error> {
+    /// Puts the blueprint in force, closes the file and gives the writer back, flushed; with the
+    /// viewer's error, if it has gone away and [`lost`](Self::lost) has not said so.
+    pub fn finish(mut self) -> Result<(W, Option<LiveError>), Error> {
         let activate = LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
             blueprint_id: self.blueprint.id.clone(),
             make_active: true,
             make_default: true,
         });
+        self.show(&activate);
         self.put(&activate.to_transport(COMPRESSION)?)?;
+        if let Some(Err(error)) = self.viewer.take().map(Live::close) {
+            self.lost = Some(error);
+        }
 
         let Self {
+            lost,
             mut out,
             written,
             recording,
@@ -193,7 +223,7 @@ impl<W: Write> RrdWriter<W> {
         StreamFooter::from_rrd_footer_bytes(at, &payload).to_rrd_bytes(&mut end)?;
         out.write_all(&end)?;
         out.flush()?;
-        Ok(out)
+        Ok((out, lost))
     }
 
     fn put(&mut self, what: &dyn Encodable) -> Result<u64, Error> {

@@ -34,6 +34,18 @@ pub struct Points {
 impl Points {
     /// The points of arcs `a` and `b` that lie within both beams.
     pub fn of(a: &Arc, b: &Arc) -> Self {
+        let held = |point: Option<PairPoint>| {
+            point.filter(|p| a.beam_holds(p.bearing_a) && b.beam_holds(p.bearing_b))
+        };
+        let circles = Self::of_circles(a, b);
+        Self {
+            contact: circles.contact.map(held),
+            intersection: circles.intersection.map(held),
+        }
+    }
+
+    /// The points of the whole circles of which `a` and `b` are a part, whatever the beams hold.
+    pub fn of_circles(a: &Arc, b: &Arc) -> Self {
         let baseline = b.center() - a.center();
         let d = baseline.norm();
         if d < MIN_BASELINE {
@@ -42,10 +54,7 @@ impl Points {
         let base = direction(baseline);
         let sides = |cosine: f64, place: &dyn Fn(f64) -> PairPoint| {
             let phi = bearing(cosine);
-            [1.0, -1.0].map(|side| {
-                phi.map(|phi| place(base + side * phi))
-                    .filter(|p| a.beam_holds(p.bearing_a) && b.beam_holds(p.bearing_b))
-            })
+            [1.0, -1.0].map(|side| phi.map(|phi| place(base + side * phi)))
         };
         Self {
             contact: sides(cos_contact(a.range, b.range, d), &|normal| PairPoint {

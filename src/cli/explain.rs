@@ -1,0 +1,138 @@
+//! `tmam explain`
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::parameters::Parameters;
+use super::simulate::read_world;
+use crate::error::{DONE, Error, INCOMPLETE};
+use crate::evaluate::Truth;
+use crate::evaluate::truth::AGREEING_RANGE;
+use crate::explain::{Question, Which, explain, json, suspects, text};
+use crate::geometry::Vec2;
+use crate::log;
+use crate::output::Output;
+use crate::replay::{Outcome, Replay};
+use crate::report;
+use crate::world::World;
+
+/// Tell the whole story of one arc: why it was labelled so, and what would have changed that
+///
+/// Name an arc by its sonar and a frame or a time, or by a place in the map; or list the arcs whose
+/// labels are contradicted most.
+#[derive(Debug, clap::Args)]
+#[command(
+    allow_negative_numbers = true,
+    group = clap::ArgGroup::new("which").required(true),
+    after_help = "\
+Exit codes: 0 done; 2 usage, configuration, no such arc, or input that cannot be read; 3 done, but \
+the log is incomplete or holds no echo, or there was nothing to replay.
+
+Examples:
+  tmam explain drive.mcap --sensor sonar_03 --frame 57
+  tmam explain drive.mcap --sensor sonar_03 --time 12.5
+  tmam explain drive.mcap --at 3.95,2.02          what passes through this corner
+  tmam explain drive.mcap --suspects 20           the 20 most doubtful labels"
+)]
+pub struct Args {
+    /// The MCAP log
+    log: PathBuf,
+    /// The arc that the sonar gave this frame
+    #[arg(long, value_name = "K", group = "which")]
+    frame: Option<u32>,
+    /// The sonar's arc nearest to this many seconds after the log's first reading
+    #[arg(long, value_name = "S", group = "which")]
+    time: Option<f64>,
+    /// The arc that passes nearest to this place, metres in the odometry frame; of any sonar where
+    /// none is named
+    #[arg(
+        long,
+        value_name = "X,Y",
+        group = "which",
+        allow_hyphen_values = true,
+        value_parser = place
+    )]
+    at: Option<Vec2>,
+    /// List this many of the arcs whose labels are contradicted most, worst first
+    #[arg(long, value_name = "N", group = "which", num_args = 0..=1, default_missing_value = "10")]
+    suspects: Option<usize>,
+    /// What really echoed, as a world in JSON [default: the truth in the log, if any]
+    #[arg(long, value_name = "WORLD.json", value_parser = read_world)]
+    truth: Option<World>,
+    /// Tell it in JSON (tmam.explanation/1, tmam.suspects/1): SI units and radians
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    parameters: Parameters,
+}
+
+impl Args {
+    pub fn run(mut self) -> Result<u8, Error> {
+        // Here --sensor names an arc; it does not keep readings out of the replay.
+        let sonars = self.parameters.take_sensors();
+        let config = self.parameters.configuration()?;
+        let (log, recorded) = log::read_with_truth(&self.log, &config)?;
+        let replay = Replay::new(&log, &config)?;
+        let setting = replay.setting();
+        let named = self.log.display().to_string();
+        let outcome = if let Some(which) = self.which() {
+            let question = Question { sonars, which };
+            let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
+            let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
+            tell(
+                self.json,
+                |out| json::write(out, &setting, &told),
+                || text::text(&setting, &named, &told),
+            )?;
+            outcome
+        } else {
+            let most = self.suspects.unwrap_or_default();
+            let (outcome, list) = suspects::list(&replay, &sonars, most)?;
+            tell(
+                self.json,
+                |out| json::write_suspects(out, &setting, &list),
+                || text::suspects(&setting, &named, &list),
+            )?;
+            outcome
+        };
+        Ok(self::end(&log, &outcome, setting.source.complete))
+    }
+
+    fn which(&self) -> Option<Which> {
+        let frame = self.frame.map(Which::Frame);
+        let time = self.time.map(Which::Time);
+        frame.or(time).or(self.at.map(Which::Place))
+    }
+}
+
+fn tell(
+    as_json: bool,
+    json: impl FnOnce(&mut Output) -> io::Result<()>,
+    text: impl FnOnce() -> String,
+) -> Result<(), Error> {
+    if as_json {
+        let mut out = Output::create(Path::new("-"))?;
+        json(&mut out).map_err(|source| out.failed(source))?;
+        out.commit()?;
+    } else {
+        // A reader that has gone away has seen enough.
+        let _ = io::stdout().write_all(text().as_bytes());
+    }
+    Ok(())
+}
+
+fn end(log: &log::Log, outcome: &Outcome, complete: bool) -> u8 {
+    let _ = io::stderr().write_all(report::problems(log, outcome).as_bytes());
+    if complete && outcome.tally.echoes > 0 {
+        DONE
+    } else {
+        INCOMPLETE
+    }
+}
+
+fn place(text: &str) -> Result<Vec2, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    text.split_once(',')
+        .and_then(|(x, y)| Some(Vec2::new(number(x)?, number(y)?)))
+        .ok_or_else(|| "a place is two numbers in metres, X,Y: 3.95,2.02".to_owned())
+}

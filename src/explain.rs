@@ -1,0 +1,298 @@
+//! Why one arc was labelled so, what would have changed that, and whether it was right.
+//!
+//! A [`Watch`](watch::Watch) sees a replay, a [`Question`] names an arc of it, and an [`Explanation`]
+//! says all that is known of that arc. None of it reads or writes anything.
+
+pub mod doubts;
+pub mod json;
+pub mod need;
+pub mod outcome;
+pub mod pairs;
+pub mod question;
+pub mod rule;
+pub mod situation;
+pub mod suspects;
+pub mod text;
+pub mod truth;
+pub mod watch;
+pub mod windows;
+
+use serde::Serialize;
+
+use self::doubts::Doubt;
+use self::outcome::RunStory;
+use self::pairs::Pair;
+use self::question::Found;
+pub use self::question::{Question, QuestionError, Which};
+use self::rule::{Change, Condition};
+use self::situation::{Reading, Situation};
+use self::truth::TruthStory;
+use self::watch::Watch;
+use self::windows::{Window, Windows};
+use crate::evaluate::Truth;
+use crate::observer::Setting;
+use crate::replay::{Outcome, Replay, ReplayError};
+use crate::rounding::{number, optional};
+use crate::tmam::arc::Arc;
+use crate::tmam::pair::Points;
+use crate::tmam::spread::Spread;
+use crate::tmam::stream::Judgement;
+use crate::tmam::triple::{Angles, Evidence, Label, Reason, judge};
+
+/// How many other arcs that pass near a place are named.
+const NEAR: usize = 5;
+
+/// Why there is nothing to explain.
+#[derive(Debug, thiserror::Error)]
+pub enum ExplainError {
+    /// The log cannot be replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// No arc answers the question.
+    #[error(transparent)]
+    Question(#[from] QuestionError),
+}
+
+/// The whole story of an arc. SI units and radians.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Explanation {
+    /// The sonar's name.
+    pub sensor: String,
+    /// The arc.
+    pub arc: Reading,
+    /// How far it passes from the place that was asked for.
+    #[serde(serialize_with = "optional")]
+    pub distance: Option<f64>,
+    /// Other arcs that pass about as near, nearest first.
+    pub also_near: Vec<Near>,
+    /// `contact`, `intersection` or `unidentified`.
+    pub label: &'static str,
+    /// Why, for an unidentified arc.
+    pub reason: Option<&'static str>,
+    /// What decided: `angles` or `opinion`.
+    pub decided_by: &'static str,
+    /// Whether the label is suspect.
+    pub suspect: bool,
+    /// What contradicts it.
+    pub doubts: Vec<Doubt>,
+    /// How it stands to its neighbours.
+    pub situation: Situation,
+    /// The two pairs, where the arc has an echo on either side.
+    pub pairs: Vec<Pair>,
+    /// The angles, where it is the middle of a triple; those it would have, where only a bound keeps
+    /// it from that.
+    pub angles: Option<AnglesStory>,
+    /// What would have given another label.
+    pub changes: Vec<Change>,
+    /// The second opinion, window by window.
+    pub windows: Vec<Window>,
+    /// The lead in chi2 that decides.
+    #[serde(serialize_with = "number")]
+    pub decisive: f64,
+    /// Why no wider window was looked at: `decided`, `neither`, `max-half-width` or `no-more-readings`.
+    pub windows_end: Option<&'static str>,
+    /// Runs that the arc stands behind, and what became of them.
+    pub runs: Vec<RunStory>,
+    /// What the map of all readings says.
+    pub map: Option<MapStory>,
+    /// What echoed, where that is known.
+    pub truth: Option<TruthStory>,
+}
+
+/// Another arc that passes near a place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Near {
+    /// Its sonar.
+    pub sensor: String,
+    /// Its frame.
+    pub frame: u32,
+    /// How far it passes, metres.
+    #[serde(serialize_with = "optional")]
+    pub distance: Option<f64>,
+}
+
+/// The angles of a triple, and the paper's rule on them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AnglesStory {
+    /// Between contact points; the beam width where there are none on a common side.
+    #[serde(serialize_with = "number")]
+    pub theta_c: f64,
+    /// Between intersection points.
+    #[serde(serialize_with = "number")]
+    pub theta_i: f64,
+    /// Standard deviation of `theta_c` that the noise of the ranges predicts.
+    #[serde(serialize_with = "optional")]
+    pub theta_c_sigma: Option<f64>,
+    /// The same of `theta_i`.
+    #[serde(serialize_with = "optional")]
+    pub theta_i_sigma: Option<f64>,
+    /// Whether there are contact points on a common side.
+    pub has_contact: bool,
+    /// Whether there are intersection points on a common side.
+    pub has_intersection: bool,
+    /// What the angles have to spare, or lack.
+    #[serde(serialize_with = "number")]
+    pub margin: f64,
+    /// The label by the paper's rule.
+    pub label: &'static str,
+    /// Why, where that is unidentified.
+    pub reason: Option<&'static str>,
+    /// The rule's comparisons.
+    pub conditions: [Condition; 4],
+}
+
+/// What the map of all readings says of an arc.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MapStory {
+    /// Which kind of feature explains it: `line`, `point`, `ambiguous` or `neither`.
+    pub says: &'static str,
+    /// The feature that does: an id of the map that the noise-aware rule makes of the whole log.
+    pub feature: Option<u32>,
+}
+
+/// Replays a log and explains one of its arcs.
+///
+/// # Errors
+/// When there is nothing to replay, or no arc that answers the question.
+pub fn explain(
+    replay: &Replay<'_>,
+    question: &Question,
+    truth: Option<&Truth>,
+) -> Result<(Outcome, Explanation), ExplainError> {
+    let mut watch = Watch::default();
+    let outcome = replay.run(&mut [&mut watch])?;
+    let origin_ns = replay.origin_ns();
+    let setting = replay.setting();
+    let found = question.answers(&watch, &setting, origin_ns)?;
+    let beams = replay.readings().map(|reading| reading.beam_width);
+    let teller = Teller {
+        watch: &watch,
+        outcome: &outcome,
+        setting,
+        origin_ns,
+        truth,
+        narrowest: beams.fold(f64::INFINITY, f64::min),
+    };
+    let explanation = teller.tell(&found).ok_or(QuestionError::NoEcho {
+        sonars: question.sonars.clone(),
+    })?;
+    Ok((outcome, explanation))
+}
+
+struct Teller<'a> {
+    watch: &'a Watch,
+    outcome: &'a Outcome,
+    setting: Setting<'a>,
+    origin_ns: i64,
+    truth: Option<&'a Truth>,
+    narrowest: f64,
+}
+
+impl Teller<'_> {
+    fn tell(&self, found: &[Found]) -> Option<Explanation> {
+        let best = found.first()?;
+        let arc = best.arc;
+        let config = self.setting.config;
+        let judgement = self.watch.judgements.get(&arc.id)?;
+        let sequence = self.watch.sequence(arc.id.sonar);
+        let place = self.watch.place(arc.id)?;
+        let situation = Situation::new(sequence, place, config, self.origin_ns);
+        let windows = Windows::new(sequence, place, config);
+        let by_opinion = config.departures().label_by_opinion;
+        let label = judgement.verdict.label;
+        let (angles, by_angles) = self.angles(judgement, &situation).unzip();
+        let is_triple = judgement.verdict.evidence.is_some();
+        let changes = if is_triple && by_opinion {
+            windows.changes()
+        } else if let (true, Some(angles)) = (is_triple, &angles) {
+            let (theta_c, theta_i) = (angles.theta_c, angles.theta_i);
+            rule::changes(label, theta_c, theta_i, &config.triple, self.narrowest)
+        } else {
+            // Without the bounds that it breaks it would be the middle of a triple.
+            let then = if by_opinion { None } else { by_angles };
+            let then = then.filter(|label| label.kind().is_some()).map(Label::name);
+            situation.changes(then)
+        };
+        let looked_at = windows.looked_at();
+        Some(Explanation {
+            sensor: self.name(&arc),
+            arc: Reading::new(&arc, self.origin_ns),
+            distance: best.distance,
+            also_near: self.near(found),
+            label: label.name(),
+            reason: label.reason().map(Reason::name),
+            decided_by: if by_opinion { "opinion" } else { "angles" },
+            suspect: judgement.is_suspect(),
+            doubts: doubts::doubts(judgement),
+            pairs: self.pairs(&situation),
+            angles,
+            changes,
+            windows_end: looked_at.last().map(|last| windows.end(last)),
+            windows: looked_at,
+            decisive: config.opinion.decisive,
+            runs: outcome::runs(arc.id, self.outcome),
+            map: judgement.map.map(|map| MapStory {
+                says: map.support.name(),
+                feature: map.feature,
+            }),
+            truth: self
+                .truth
+                .map(|truth| TruthStory::new(&arc, label, &situation, truth)),
+            situation,
+        })
+    }
+
+    fn name(&self, arc: &Arc) -> String {
+        let sonar = self.setting.sonars.get(arc.id.sonar.index());
+        sonar.map_or_else(String::new, |sonar| sonar.name.clone())
+    }
+
+    fn near(&self, found: &[Found]) -> Vec<Near> {
+        let others = found.iter().skip(1).take(NEAR);
+        let near = others.filter(|found| found.distance.is_some());
+        near.map(|found| Near {
+            sensor: self.name(&found.arc),
+            frame: found.arc.id.frame,
+            distance: found.distance,
+        })
+        .collect()
+    }
+
+    fn pairs(&self, situation: &Situation) -> Vec<Pair> {
+        let three = situation.three.as_ref();
+        three.map_or_else(Vec::new, |[first, middle, last]| {
+            vec![Pair::new(first, middle), Pair::new(middle, last)]
+        })
+    }
+
+    /// The angles of the triple, or those that the three arcs would have if they were one; with the
+    /// paper's label.
+    fn angles(&self, judgement: &Judgement, situation: &Situation) -> Option<(AnglesStory, Label)> {
+        let bounds = &self.setting.config.triple;
+        let [first, middle, last] = situation.three.as_ref()?;
+        let pairs = (Points::of(first, middle), Points::of(middle, last));
+        let (label, hypothetical) = judge(pairs.0, pairs.1, middle.beam_width, bounds);
+        let spread = Spread::of([first, middle, last]);
+        let evidence = judgement.verdict.evidence;
+        let angles: Angles = evidence.map_or(hypothetical, |Evidence { angles, .. }| angles);
+        let common = |before: &[Option<_>; 2], after: &[Option<_>; 2]| {
+            before
+                .iter()
+                .zip(after)
+                .any(|(b, a)| b.is_some() && a.is_some())
+        };
+        let story = AnglesStory {
+            theta_c: angles.theta_c,
+            theta_i: angles.theta_i,
+            theta_c_sigma: spread.theta_c,
+            theta_i_sigma: spread.theta_i,
+            has_contact: common(&angles.before.contact, &angles.after.contact),
+            has_intersection: common(&angles.before.intersection, &angles.after.intersection),
+            margin: angles.margin,
+            label: label.name(),
+            reason: label.reason().map(Reason::name),
+            conditions: rule::conditions(angles.theta_c, angles.theta_i, bounds),
+        };
+        Some((story, label))
+    }
+}

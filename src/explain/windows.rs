@@ -1,0 +1,339 @@
+//! The second opinion window by window, as the noise-aware rule widens it, and what would have
+//! changed its label.
+
+use serde::Serialize;
+
+use super::need::{Need, Relation};
+use super::rule::Change;
+use super::watch::Given;
+use crate::config::Config;
+use crate::geometry::angle_between;
+use crate::rounding::number;
+use crate::tmam::arc::Arc;
+use crate::tmam::feature::Kind;
+use crate::tmam::opinion::{Gate, Opinion, Support};
+use crate::tmam::sequence::gap;
+use crate::tmam::triple::{Label, Reason};
+
+/// The readings `k-m ..= k+m` around an arc, and what they support.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Window {
+    /// Readings to either side: m.
+    pub half_width: usize,
+    /// Frame of the first reading.
+    pub first_frame: u32,
+    /// Frame of the last reading.
+    pub last_frame: u32,
+    /// Squares that remain of the best line.
+    #[serde(serialize_with = "number")]
+    pub chi2_line: f64,
+    /// Squares that remain of the best point.
+    #[serde(serialize_with = "number")]
+    pub chi2_point: f64,
+    /// A model explains the readings when its chi2 is below this.
+    #[serde(serialize_with = "number")]
+    pub gate: f64,
+    /// What the readings support: `line`, `point`, `ambiguous` or `neither`.
+    pub support: &'static str,
+    /// What they decide, if they do: `line` or `point`.
+    pub decides: Option<&'static str>,
+}
+
+/// Every window that could be looked at around an arc, from the triple on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Windows {
+    opinions: Vec<(Opinion, u32, u32)>,
+    gate: f64,
+    decisive: f64,
+    /// Readings to either side that the sequence has.
+    pub room: usize,
+    /// At most this many are looked at.
+    pub max_half_width: usize,
+}
+
+impl Windows {
+    /// The windows around the arc at `place` of a sequence.
+    pub fn new(sequence: &[Given], place: usize, config: &Config) -> Self {
+        let arc = |at: usize| sequence.get(at).and_then(|given| given.arc);
+        let max_half_width = config.opinion.max_half_width;
+        let joined = |a: Option<Arc>, b: Option<Arc>| match (a, b) {
+            (Some(a), Some(b)) => {
+                let turn = angle_between(a.world_from_sensor.yaw, b.world_from_sensor.yaw);
+                !gap(&a, &b, &config.sequence) && turn <= config.triple.turn_tolerance
+            }
+            _ => false,
+        };
+        let room = (1..=place.min(max_half_width))
+            .take_while(|m| {
+                let (low, high) = (place - m, place + m);
+                joined(arc(low), arc(low + 1)) && joined(arc(high - 1), arc(high))
+            })
+            .count();
+        let gate = Gate::new(config.opinion.gate);
+        let opinions = (1..=room).map(|m| {
+            let arcs: Vec<Arc> = (place - m..=place + m).filter_map(arc).collect();
+            let frame = |arc: Option<&Arc>| arc.map_or(0, |arc| arc.id.frame);
+            let ends = (frame(arcs.first()), frame(arcs.last()));
+            (Opinion::of(&arcs, &gate), ends.0, ends.1)
+        });
+        Self {
+            opinions: opinions.collect(),
+            gate: config.opinion.gate,
+            decisive: config.opinion.decisive,
+            room,
+            max_half_width,
+        }
+    }
+
+    /// The windows that were looked at: up to the one that ended it.
+    pub fn looked_at(&self) -> Vec<Window> {
+        let gate = Gate::new(self.gate);
+        let windows = (1..)
+            .zip(&self.opinions)
+            .take(self.last(self.gate, self.decisive));
+        windows
+            .map(|(half_width, (opinion, first_frame, last_frame))| Window {
+                half_width,
+                first_frame: *first_frame,
+                last_frame: *last_frame,
+                chi2_line: opinion.chi2_line,
+                chi2_point: opinion.chi2_point,
+                gate: gate.at(opinion.readings.saturating_sub(2)),
+                support: opinion.support.name(),
+                decides: opinion.decided(self.decisive).map(Kind::name),
+            })
+            .collect()
+    }
+
+    /// Why no wider window was looked at than the `last` one: `decided`, `neither`, `max-half-width`
+    /// or `no-more-readings`.
+    pub fn end(&self, last: &Window) -> &'static str {
+        match (last.decides, last.support) {
+            (Some(_), _) => "decided",
+            (None, "neither") => "neither",
+            _ if self.room == self.max_half_width => "max-half-width",
+            _ => "no-more-readings",
+        }
+    }
+
+    /// The label that the windows give; `None` without any.
+    pub fn label(&self) -> Option<Label> {
+        self.label_with(self.gate, self.decisive)
+    }
+
+    /// What `opinion.gate` and `opinion.decisive` would have to be for another label: tried on
+    /// either side of every value at which a window changes its mind, nearest first.
+    pub fn changes(&self) -> Vec<Change> {
+        let Some(now) = self.label() else {
+            return Vec::new();
+        };
+        let finite = |(opinion, _, _): &(Opinion, u32, u32)| {
+            let lead = (opinion.chi2_line - opinion.chi2_point).abs();
+            let freedom = opinion.readings.saturating_sub(2);
+            let gates = [opinion.chi2_line, opinion.chi2_point];
+            (lead, gates.map(|chi2| Gate::let_through(chi2, freedom)))
+        };
+        let bounds: Vec<_> = self.opinions.iter().map(finite).collect();
+        let leads = bounds.iter().map(|(lead, _)| *lead);
+        let gates = bounds.iter().flat_map(|(_, gates)| *gates);
+        let decisive = self.tried("opinion.decisive", self.decisive, leads, |decisive| {
+            self.label_with(self.gate, decisive)
+        });
+        let gate = self.tried("opinion.gate", self.gate, gates, |gate| {
+            self.label_with(gate, self.decisive)
+        });
+        let mut changes = Vec::new();
+        for name in ["contact", "intersection", "unidentified"] {
+            if name == now.name() {
+                continue;
+            }
+            let found = [&decisive, &gate].into_iter().filter_map(|tried| {
+                let (_, need) = tried.iter().find(|(label, _)| *label == name)?;
+                Some(Change {
+                    label: name,
+                    needs: vec![*need],
+                    impossible: None,
+                })
+            });
+            let before = changes.len();
+            changes.extend(found);
+            if changes.len() == before {
+                changes.push(Change {
+                    label: name,
+                    needs: Vec::new(),
+                    impossible: Some("neither opinion.decisive nor opinion.gate alone can do it"),
+                });
+            }
+        }
+        changes
+    }
+
+    /// Labels by the value of one parameter, from the nearest value outwards.
+    fn tried(
+        &self,
+        key: &'static str,
+        now: f64,
+        bounds: impl Iterator<Item = f64>,
+        label: impl Fn(f64) -> Option<Label>,
+    ) -> Vec<(&'static str, Need)> {
+        let mut bounds: Vec<f64> = bounds.filter(|bound| bound.is_finite()).collect();
+        bounds.sort_by(|a, b| (a - now).abs().total_cmp(&(b - now).abs()));
+        let needs = bounds.into_iter().map(|bound| Need {
+            key,
+            relation: if bound >= now {
+                Relation::Above
+            } else {
+                Relation::Below
+            },
+            bound,
+        });
+        needs
+            .filter_map(|need| Some((label(need.value()?)?.name(), need)))
+            .collect()
+    }
+
+    /// How many windows are looked at.
+    fn last(&self, gate: f64, decisive: f64) -> usize {
+        let gate = Gate::new(gate);
+        let ends = |opinion: &Opinion| {
+            let opinion = under(opinion, &gate);
+            opinion.decided(decisive).is_some() || opinion.support == Support::Neither
+        };
+        let place = self
+            .opinions
+            .iter()
+            .position(|(opinion, _, _)| ends(opinion));
+        place.map_or(self.opinions.len(), |place| place + 1)
+    }
+
+    fn label_with(&self, gate: f64, decisive: f64) -> Option<Label> {
+        let last = self.last(gate, decisive).checked_sub(1)?;
+        let (opinion, _, _) = self.opinions.get(last)?;
+        let opinion = under(opinion, &Gate::new(gate));
+        Some(match (opinion.decided(decisive), opinion.support) {
+            (Some(Kind::Line), _) => Label::Contact,
+            (Some(Kind::Point), _) => Label::Intersection,
+            (None, Support::Neither) => Label::Unidentified(Reason::Neither),
+            (None, _) => Label::Unidentified(Reason::Ambiguous),
+        })
+    }
+}
+
+/// The same readings under another gate.
+fn under(opinion: &Opinion, gate: &Gate) -> Opinion {
+    let gate = gate.at(opinion.readings.saturating_sub(2));
+    Opinion {
+        support: match (opinion.chi2_line < gate, opinion.chi2_point < gate) {
+            (true, false) => Support::Line,
+            (false, true) => Support::Point,
+            (true, true) => Support::Ambiguous,
+            (false, false) => Support::Neither,
+        },
+        ..*opinion
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Rule;
+    use crate::event::SonarId;
+    use crate::geometry::{Pose2, Vec2};
+    use crate::tmam::arc::ArcId;
+    use crate::tmam::feature::Extraction;
+    use crate::tmam::stream::{Judgement, Stream};
+    use proptest::prelude::*;
+
+    /// Readings of a sonar that drives along x: of a wall first, and then of a point.
+    fn sequence(noise: &[f64], sigma: f64) -> Vec<Given> {
+        (0_u32..)
+            .zip(noise)
+            .map(|(frame, noise)| {
+                let sensor = Vec2::new(0.12 * f64::from(frame), 0.0);
+                let range = if frame < 6 {
+                    2.0
+                } else {
+                    (Vec2::new(1.0, 2.0) - sensor).norm()
+                };
+                let arc = Arc {
+                    id: ArcId {
+                        frame,
+                        sonar: SonarId(0),
+                    },
+                    stamp_ns: i64::from(frame) * 1_000_000,
+                    world_from_sensor: Pose2::new(sensor.x, sensor.y, 1.57),
+                    range: range + sigma * noise,
+                    beam_width: 0.8,
+                    variance: sigma * sigma,
+                };
+                Given {
+                    frame,
+                    stamp_ns: arc.stamp_ns,
+                    arc: Some(arc),
+                }
+            })
+            .collect()
+    }
+
+    /// What the machine makes of the sequence.
+    fn judged(sequence: &[Given], config: &Config) -> Vec<Judgement> {
+        let gate = Gate::new(config.opinion.gate);
+        let mut stream = Stream::default();
+        let mut judgements = Vec::new();
+        let mut runs = Vec::new();
+        for given in sequence {
+            runs.extend(stream.push(given.arc, config, &gate).closed);
+        }
+        runs.extend(stream.finish(config, &gate).closed);
+        for run in runs {
+            stream.note(&Extraction {
+                id: 0,
+                kind: run.kind,
+                labelled: run.labelled.clone(),
+                associated: Vec::new(),
+                shape: None,
+                residual_rms: 0.0,
+                iterations: 0,
+                converged: true,
+                opinion: Opinion::of(&run.associated, &gate),
+                outliers: Vec::new(),
+                action: crate::tmam::feature::Action::Registered(0),
+                map_feature: None,
+                absorbed: Vec::new(),
+            });
+        }
+        judgements.extend(stream.complete(None));
+        judgements
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        #[test]
+        fn the_windows_give_the_machine_s_label_and_so_do_the_changes(
+            noise in prop::collection::vec(-2.5..2.5_f64, 14), sigma in 0.001..0.02_f64,
+        ) {
+            let config = Config { rule: Rule::NoiseAware, ..Config::default() };
+            let sequence = sequence(&noise, sigma);
+            let judgements = judged(&sequence, &config);
+            prop_assert_eq!(judgements.len(), sequence.len());
+            for (place, judgement) in judgements.iter().enumerate() {
+                let windows = Windows::new(&sequence, place, &config);
+                let Some(label) = windows.label() else { continue };
+                prop_assert_eq!(label, judgement.verdict.label);
+                let widest = windows.looked_at().last().copied().unwrap();
+                prop_assert_eq!(2 * widest.half_width + 1, judgement.wide.unwrap().readings);
+                for change in windows.changes() {
+                    let Some(need) = change.needs.first() else { continue };
+                    let mut changed = config.clone();
+                    let value = need.value().unwrap();
+                    match need.key {
+                        "opinion.gate" => changed.opinion.gate = value,
+                        _ => changed.opinion.decisive = value,
+                    }
+                    let again = judged(&sequence, &changed);
+                    prop_assert_eq!(again[place].verdict.label.name(), change.label, "{:?}", change);
+                }
+            }
+        }
+    }
+}
