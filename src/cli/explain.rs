@@ -74,7 +74,7 @@ impl Args {
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
         let setting = replay.setting();
-        let named = self.log.display().to_string();
+        let named = format!("{}{}", self.log.display(), self.parameters.as_typed());
         let outcome = if let Some(which) = self.which() {
             let question = Question { sonars, which };
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;

@@ -121,6 +121,44 @@ impl Parameters {
         Ok(config)
     }
 
+    /// The flags as one types them, for a command that a person is told to run next: those of the
+    /// sonars left out.
+    pub fn as_typed(&self) -> String {
+        let rule = self.rule.and_then(|rule| {
+            let value = rule.to_possible_value()?;
+            Some(value.get_name().to_owned())
+        });
+        let number = |value: Option<f64>| value.map(|value| value.to_string());
+        let path = self.config.as_ref().map(|path| path.display().to_string());
+        let single = [
+            ("config", path),
+            ("rule", rule),
+            ("alpha", number(self.alpha)),
+            ("beta", number(self.beta)),
+            ("gamma", number(self.gamma)),
+            ("step", number(self.step)),
+            ("step-angle", number(self.step_angle)),
+            ("match-distance", number(self.match_distance)),
+            ("start", number(self.start)),
+            ("end", number(self.end)),
+        ];
+        let single = single
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)));
+        let many = [
+            ("set", &self.set),
+            ("range-topic", &self.range_topic),
+            ("odom-topic", &self.odom_topic),
+        ];
+        let many = many
+            .into_iter()
+            .flat_map(|(name, values)| values.iter().map(move |value| (name, value.clone())));
+        single
+            .chain(many)
+            .map(|(name, value)| format!(" --{name} {}", quoted(&value)))
+            .collect()
+    }
+
     fn file_text(&self) -> Result<String, Error> {
         let Some(path) = &self.config else {
             return Ok(String::new());
@@ -165,5 +203,15 @@ impl Parameters {
                 globs.clone_from(flags);
             }
         }
+    }
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+,:@".contains(c);
+    if word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }
