@@ -6,6 +6,7 @@ mod info;
 mod parameters;
 mod replay;
 mod simulate;
+mod sweep;
 
 use clap::{Parser, Subcommand};
 
@@ -27,6 +28,7 @@ enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
     Evaluate(Box<evaluate::Args>),
+    Sweep(Box<sweep::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -41,6 +43,7 @@ impl Cli {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),
             Command::Evaluate(args) => args.run(),
+            Command::Sweep(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

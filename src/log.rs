@@ -12,6 +12,7 @@ mod decoder;
 mod description;
 pub mod fuzzing;
 mod gather;
+mod gathered;
 mod json;
 mod messages;
 mod msg_schema;
@@ -38,6 +39,7 @@ use crate::event::Events;
 use channels::{ChannelReport, Channels};
 use container::{Channel, Loss, OpenError, RawMessage};
 use gather::Gatherer;
+pub use gathered::Gathered;
 pub use messages::Role;
 use truth::RecordedTruth;
 
@@ -185,6 +187,17 @@ pub struct MissingMount {
 }
 
 impl LogError {
+    /// What is missing may be what was lost.
+    fn after(self, losses: &[Loss]) -> Self {
+        if losses.is_empty() {
+            return self;
+        }
+        Self::Damaged {
+            source: Box::new(self),
+            losses: losses.iter().map(ToString::to_string).collect(),
+        }
+    }
+
     fn open(path: &Path, error: OpenError) -> Self {
         let path = path.to_owned();
         match error {
@@ -304,17 +317,10 @@ impl Visits {
     }
 
     fn finish(self, file: String, config: &Config, losses: Vec<Loss>) -> Result<Log, LogError> {
-        let lost: Vec<String> = losses.iter().map(ToString::to_string).collect();
+        let lost = losses.clone();
         self.gatherer
             .finish(file, config, self.channels.into_reports(), losses)
-            .map_err(|error| match error {
-                // What is missing may be what was lost.
-                error if !lost.is_empty() => LogError::Damaged {
-                    source: Box::new(error),
-                    losses: lost,
-                },
-                error => error,
-            })
+            .map_err(|error| error.after(&lost))
     }
 }
 

@@ -12,12 +12,8 @@ use crate::error::Error;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Parameters")]
 pub struct Parameters {
-    /// Configuration file; `tmam config` prints one with every key
-    #[arg(long, value_name = "FILE.toml")]
-    config: Option<PathBuf>,
-    /// How arcs are labelled and features fused
-    #[arg(long, value_enum)]
-    rule: Option<RuleName>,
+    #[command(flatten)]
+    selection: Selection,
     /// A contact arc has theta_c < ALPHA * theta_i [default: 0.5]
     #[arg(long, value_name = "RATIO")]
     alpha: Option<f64>,
@@ -39,6 +35,18 @@ pub struct Parameters {
     /// Any other key of the configuration, repeatable: triple.turn_tolerance=4
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+}
+
+/// What has no number to sweep: the file, the rule, and what is chosen of the log.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Parameters")]
+pub struct Selection {
+    /// Configuration file; `tmam config` prints one with every key
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+    /// How arcs are labelled and features fused
+    #[arg(long, value_enum)]
+    rule: Option<RuleName>,
     /// Leave out readings earlier than this after the first one
     #[arg(long, value_name = "S")]
     start: Option<f64>,
@@ -70,17 +78,51 @@ impl Parameters {
     /// # Errors
     /// A file that cannot be read, and whatever is not allowed in it or in the flags.
     pub fn configuration(&self) -> Result<Config, Error> {
+        let mut config = self.selection.configuration(&self.set)?;
+        self.apply(&mut config);
+        check(&config)?;
+        Ok(config)
+    }
+
+    fn apply(&self, config: &mut Config) {
+        let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
+        let set_degrees =
+            |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
+        set(&mut config.triple.alpha, self.alpha);
+        set(&mut config.triple.beta, self.beta);
+        set_degrees(&mut config.triple.gamma, self.gamma);
+        set(&mut config.frames.step, self.step);
+        set_degrees(&mut config.frames.step_angle, self.step_angle);
+        set(&mut config.map.match_distance, self.match_distance);
+    }
+}
+
+impl Selection {
+    /// The file with these flags and those of `set` over it, `KEY=VALUE` each.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and whatever is not allowed in it or in the flags.
+    pub fn configuration(&self, set: &[String]) -> Result<Config, Error> {
         let text = self.file_text()?;
         let mut config = parse_layers(&[&text]).map_err(|source| self.in_file(source))?;
         check(&config).map_err(|source| self.in_file(source))?;
-        if !self.set.is_empty() {
-            let set = self.set.iter().map(String::as_str);
+        if !set.is_empty() {
+            let set = set.iter().map(String::as_str);
             let layers: Vec<&str> = std::iter::once(text.as_str()).chain(set).collect();
             config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
         }
         self.apply(&mut config);
         check(&config)?;
         Ok(config)
+    }
+
+    /// Whether a flag stands for a key of the configuration that could be swept.
+    pub fn gives(&self, key: &str) -> bool {
+        match key {
+            "input.start" => self.start.is_some(),
+            "input.end" => self.end.is_some(),
+            _ => false,
+        }
     }
 
     fn file_text(&self) -> Result<String, Error> {
@@ -101,20 +143,11 @@ impl Parameters {
     }
 
     fn apply(&self, config: &mut Config) {
-        let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
-        let set_degrees =
-            |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
         config.rule = match self.rule {
             Some(RuleName::Paper) => Rule::Paper,
             Some(RuleName::NoiseAware) => Rule::NoiseAware,
             None => config.rule,
         };
-        set(&mut config.triple.alpha, self.alpha);
-        set(&mut config.triple.beta, self.beta);
-        set_degrees(&mut config.triple.gamma, self.gamma);
-        set(&mut config.frames.step, self.step);
-        set_degrees(&mut config.frames.step_angle, self.step_angle);
-        set(&mut config.map.match_distance, self.match_distance);
         let input = &mut config.input;
         input.start = self.start.or(input.start);
         input.end = self.end.or(input.end);

@@ -99,6 +99,12 @@ pub const KEYS: &[Key] = &[
         "leave out readings that repeat the last one while driving",
     ),
     key(
+        "input.range_delay",
+        Plain,
+        Any,
+        "s that ranges are stamped late: their poses are so much older",
+    ),
+    key(
         "frames.step",
         Plain,
         AtLeast(0.0),
@@ -276,7 +282,7 @@ pub const KEYS: &[Key] = &[
         "sonar.*.x",
         Plain,
         Any,
-        "m; mount in the robot frame, before any transform in the log",
+        "m; mount in the robot frame, before the log's transforms",
     ),
     key("sonar.*.y", Plain, Any, "m"),
     key("sonar.*.yaw", Degrees, Any, "deg"),

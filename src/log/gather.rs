@@ -213,7 +213,7 @@ impl Gatherer {
         let (sonars, mut readings) = placing.place(&self.sources, readings, &mut notes)?;
         let mut samples = odometry.samples;
         samples.sort_by_key(|s| s.stamp_ns);
-        let repeating = repeats::find(&readings, &samples, sonars.len());
+        let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
         let dropped = config.input.drop_repeats;
         notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
         if dropped {
