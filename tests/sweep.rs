@@ -11,7 +11,7 @@ mod support;
 use std::path::Path;
 
 use serde_json::Value;
-use support::{Bench, Run, sample};
+use support::{Bench, Run, rewrite, sample};
 
 fn ok(run: &Run) -> &str {
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
@@ -55,8 +55,27 @@ fn a_mount_that_is_off_by_five_degrees_is_found_without_the_truth() {
 fn a_clock_that_is_late_is_found_without_the_truth() {
     let bench = Bench::new();
     drive(&bench);
-    let best = best_without_truth(&bench, "--set input.range_delay=-0.2:0.2:0.05");
-    assert_eq!(best, [0.0]);
+    // Every range is stamped 0.2 s late.
+    let late = rewrite(
+        &bench.path("drive.mcap"),
+        mcap::WriteOptions::new(),
+        |mut message| {
+            if message.topic.starts_with("/sonar") {
+                let field = |at: usize| -> [u8; 4] { message.data[at..at + 4].try_into().unwrap() };
+                let stamp = i64::from(i32::from_le_bytes(field(4))) * 1_000_000_000
+                    + i64::from(u32::from_le_bytes(field(8)))
+                    + 200_000_000;
+                let seconds = i32::try_from(stamp / 1_000_000_000).unwrap();
+                let nanoseconds = u32::try_from(stamp % 1_000_000_000).unwrap();
+                message.data[4..8].copy_from_slice(&seconds.to_le_bytes());
+                message.data[8..12].copy_from_slice(&nanoseconds.to_le_bytes());
+            }
+            vec![message]
+        },
+    );
+    bench.put("drive.mcap", late);
+    let best = best_without_truth(&bench, "--set input.range_delay=-0.1:0.4:0.05");
+    assert_eq!(best, [0.2]);
 }
 
 #[test]
@@ -98,8 +117,9 @@ fn a_cell_is_what_replay_makes_of_its_flags() {
         "sweep {} --set sonar.sonar_02.yaw=40,50 --alpha 0.6 --json",
     );
     let sweep: Value = serde_json::from_str(ok(&run)).unwrap();
+    // Flags with a key of their own come first.
     for cell in sweep["cells"].as_array().unwrap() {
-        let yaw = cell["values"][0].as_f64().unwrap();
+        let yaw = cell["values"][1].as_f64().unwrap();
         let flags = format!("replay {{}} --features f --set sonar.sonar_02.yaw={yaw} --alpha 0.6");
         ok(&bench.tmam(&log, &flags));
         let counts = &bench.json("f")["counts"];

@@ -164,7 +164,7 @@ impl Args {
             json::write(&mut out, &sweep).map_err(|source| out.failed(source))?;
             out.commit()?;
         } else if ![csv_path, output].into_iter().flatten().any(is_stdout) {
-            let text = table::text(&sweep, &self.log.display().to_string(), self.rows);
+            let text = table::text(&sweep, self.rows);
             // A reader that has gone away has seen enough.
             let _ = io::stdout().write_all(text.as_bytes());
         }

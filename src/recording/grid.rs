@@ -13,7 +13,7 @@ use super::encode::RrdWriter;
 use super::table::put_static;
 use super::{Error, fnv1a, named_ids};
 use crate::sweep::columns::{Column, columns};
-use crate::sweep::{Sweep, json, table};
+use crate::sweep::{Sweep, json};
 use drawing::Drawing;
 
 /// Pictures of one pair of keys.
@@ -112,11 +112,37 @@ fn drawn(sweep: &Sweep) -> Vec<&'static Column> {
 }
 
 fn about(sweep: &Sweep) -> TextDocument {
-    TextDocument::from_markdown(format!(
-        "# Sweep of {}\n\n```text\n{}```\n\n{HOW_TO_READ}",
-        sweep.file,
-        table::text(sweep, &sweep.file, ROWS),
-    ))
+    let columns = drawn(sweep);
+    let heads: Vec<String> = sweep.grid.axes().iter().map(layout::name).collect();
+    let heads = heads
+        .into_iter()
+        .chain(columns.iter().map(|c| c.heading().to_owned()));
+    let mut text = format!("# Sweep of {}\n\n", sweep.file);
+    let mut row = |cells: Vec<String>| {
+        text.push_str(&format!("| {} |\n", cells.join(" | ")));
+    };
+    let heads: Vec<String> = heads.collect();
+    let rule = vec!["---:".to_owned(); heads.len()];
+    row(heads);
+    row(rule);
+    for cell in sweep.cells.iter().take(ROWS) {
+        let Ok(score) = &cell.score else { break };
+        let values = sweep
+            .grid
+            .values(cell.index)
+            .into_iter()
+            .map(|v| v.to_string());
+        row(values
+            .chain(columns.iter().map(|c| c.text(score)))
+            .collect());
+    }
+    let failed = sweep.failed();
+    text.push_str(&format!(
+        "\n{} cells, of which {failed} could not be replayed; the best come first, {}.\n\n{HOW_TO_READ}",
+        sweep.cells.len(),
+        if sweep.with_truth { "by the truth" } else { "without the truth" },
+    ));
+    TextDocument::from_markdown(text)
 }
 
 const HOW_TO_READ: &str = "\

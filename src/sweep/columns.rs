@@ -122,7 +122,7 @@ pub const COLUMNS: &[Column] = &[
         ..count("rms", "rms mm", Low, |s| s.rms)
     },
     count("frames", "", High, |s| Some(s.frames as f64)),
-    count("arcs", "arcs", High, |s| Some(s.arcs as f64)),
+    count("arcs", "", High, |s| Some(s.arcs as f64)),
     count("contact", "", High, |s| Some(s.contact as f64)),
     count("intersection", "", High, |s| Some(s.intersection as f64)),
     count("suspects", "", Low, |s| Some(s.suspects as f64)),
@@ -139,6 +139,15 @@ pub fn find(name: &str) -> Option<&'static Column> {
 }
 
 impl Column {
+    /// What a person reads above it.
+    pub fn heading(&self) -> &'static str {
+        if self.head.is_empty() {
+            self.name
+        } else {
+            self.head
+        }
+    }
+
     /// Better cells first; those without a value last.
     pub fn compare(&self, a: &Score, b: &Score) -> Ordering {
         match ((self.of)(a), (self.of)(b)) {

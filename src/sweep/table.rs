@@ -11,7 +11,7 @@ use crate::info::tables::{render, table};
 const REASONS: usize = 5;
 
 /// The best `rows` cells, and what follows from them.
-pub fn text(sweep: &Sweep, log: &str, rows: usize) -> String {
+pub fn text(sweep: &Sweep, rows: usize) -> String {
     let mut text = head(sweep);
     text.push_str(&best(sweep, rows));
     // Writing into a string cannot fail.
@@ -24,7 +24,7 @@ pub fn text(sweep: &Sweep, log: &str, rows: usize) -> String {
         );
     }
     text.push_str(&failures(sweep));
-    text.push_str(&conclusion(sweep, log));
+    text.push_str(&conclusion(sweep));
     text
 }
 
@@ -65,7 +65,9 @@ fn best(sweep: &Sweep, rows: usize) -> String {
     let shown: Vec<_> = columns(sweep.with_truth)
         .filter(|column| {
             let is_first = sweep.first_column().map(|first| first.name) == Some(column.name);
-            is_first || !column.head.is_empty()
+            // With those of the truth there is no room for all.
+            let fits = !sweep.with_truth || !matches!(column.name, "chi2" | "rms");
+            is_first || fits && !column.head.is_empty()
         })
         .collect();
     let axes = sweep.grid.axes().iter().map(|axis| {
@@ -73,14 +75,7 @@ fn best(sweep: &Sweep, rows: usize) -> String {
         format!("{} {unit}", axis.short()).trim_end().to_owned()
     });
     let heads: Vec<String> = axes
-        .chain(shown.iter().map(|column| {
-            let head = if column.head.is_empty() {
-                column.name
-            } else {
-                column.head
-            };
-            head.to_owned()
-        }))
+        .chain(shown.iter().map(|column| column.heading().to_owned()))
         .collect();
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     let mut table = table(&heads, 0);
@@ -119,7 +114,7 @@ fn failures(sweep: &Sweep) -> String {
 }
 
 /// The best cell as flags, and whether a better one may lie outside the grid.
-fn conclusion(sweep: &Sweep, log: &str) -> String {
+fn conclusion(sweep: &Sweep) -> String {
     let Some((cell, score)) = sweep.best() else {
         return String::new();
     };
@@ -139,10 +134,10 @@ fn conclusion(sweep: &Sweep, log: &str) -> String {
         text.push_str("\nAll cells are alike: nothing that was swept makes a difference here.\n");
         return text;
     }
+    let flags = sweep.grid.flags(cell.index);
     let _ = writeln!(
         text,
-        "\nbest: tmam replay {log} {}",
-        sweep.grid.flags(cell.index)
+        "\nbest: {flags}\n  as flags of tmam replay, beside the others given here"
     );
     if alike > 1 {
         let _ = writeln!(text, "  {} other cells do just as well", alike - 1);

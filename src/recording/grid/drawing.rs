@@ -77,7 +77,7 @@ impl Drawing {
             let texts = Points2D::new(self.texts.iter().map(|(at, _)| *at))
                 .with_labels(self.texts.iter().map(|(_, text)| text.as_str()))
                 .with_show_labels(true)
-                .with_colors([Color::from_unmultiplied_rgba(0, 0, 0, 0)])
+                .with_colors([Color::from_rgb(0xe0, 0xe2, 0xe6)])
                 .with_radii([ui(0.5)])
                 .with_draw_order(3.0);
             put_static(format!("{entity}/texts"), &texts, out)?;

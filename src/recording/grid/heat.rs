@@ -38,11 +38,11 @@ pub fn draw(sweep: &Sweep, [along, up]: [usize; 2], column: &'static Column) -> 
     let high_value = numbers().fold(f64::NEG_INFINITY, f64::max);
     let goodness = |score: &Score| {
         let share = ((column.of)(score)? - low) / (high_value - low);
-        let share = if share.is_finite() { share } else { 1.0 };
-        Some(if column.better == Better::Low {
-            1.0 - share
-        } else {
-            share
+        Some(match column.better {
+            // All alike, or as good as any.
+            _ if !share.is_finite() => 1.0,
+            Better::Low => 1.0 - share,
+            Better::High => share,
         })
     };
     let color = |score: Option<&Score>| {
@@ -96,7 +96,7 @@ pub fn draw(sweep: &Sweep, [along, up]: [usize; 2], column: &'static Column) -> 
         [size[0] / 2.0, size[1] + 22.0],
         super::layout::name(along_axis),
     );
-    drawing.text([0.0, -10.0], super::layout::name(up_axis));
+    drawing.text([50.0, -10.0], super::layout::name(up_axis));
     let (cell, _) = sweep.best()?;
     let places = sweep.grid.places(cell.index);
     let [x, y] = middle(*places.get(along)?, *places.get(up)?);

@@ -58,11 +58,7 @@ pub fn name(axis: &Axis) -> String {
 /// What stands above a picture.
 pub fn title(column: &Column, low: f64, high: f64) -> String {
     let decimals = column.decimals;
-    let name = if column.head.is_empty() {
-        column.name
-    } else {
-        column.head
-    };
+    let name = column.heading();
     let better = match column.better {
         Better::Low => "low is better",
         Better::High => "high is better",
