@@ -40,10 +40,14 @@ impl Request {
     }
 }
 
-/// What TOML takes and is no axis: 10:20:10 is a time of day to TOML, and an axis here.
+/// A text, a switch or a list of them: no axis. (10:20:10 is a time of day to TOML, and an axis here.)
 fn is_setting(key: &str, spec: &str) -> bool {
-    let is_toml = |text: &str| text.parse::<toml::Table>().is_ok();
-    values(key, spec).is_err() && is_toml(&format!("{key}={spec}"))
+    let value = format!("value = {spec}").parse::<toml::Table>();
+    let is_other = value.is_ok_and(|table| {
+        let value = table.get("value");
+        value.is_some_and(|value| value.is_str() || value.is_bool() || value.is_array())
+    });
+    values(key, spec).is_err() && is_other
 }
 
 #[cfg(test)]

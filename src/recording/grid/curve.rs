@@ -59,7 +59,7 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
         let value = points.get(place)?.0;
         drawing.text([along(value), HEIGHT + 8.0], value.to_string());
     }
-    drawing.text([WIDTH / 2.0, HEIGHT + 22.0], super::layout::name(known));
+    drawing.text([WIDTH / 2.0, HEIGHT + 28.0], super::layout::name(known));
     let levels = if high > low { LEVELS } else { 1 };
     for level in 0..levels {
         let share = level as f64 / (LEVELS - 1) as f64;

@@ -16,9 +16,9 @@ pub const HEIGHT: f32 = 180.0;
 /// Room to the left, for values.
 pub const LEFT: f32 = 40.0;
 /// Room below, for values and the key's name.
-pub const BELOW: f32 = 40.0;
+pub const BELOW: f32 = 46.0;
 /// Room above and to the right.
-pub const ABOVE: f32 = 24.0;
+pub const ABOVE: f32 = 30.0;
 
 /// More values than this along an axis are not all written.
 const MOST_TICKS: usize = 11;

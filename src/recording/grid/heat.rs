@@ -93,10 +93,10 @@ pub fn draw(sweep: &Sweep, [along, up]: [usize; 2], column: &'static Column) -> 
         drawing.text(at, up_axis.values.get(y)?.to_string());
     }
     drawing.text(
-        [size[0] / 2.0, size[1] + 22.0],
+        [size[0] / 2.0, size[1] + 28.0],
         super::layout::name(along_axis),
     );
-    drawing.text([50.0, -10.0], super::layout::name(up_axis));
+    drawing.text([50.0, -18.0], super::layout::name(up_axis));
     let (cell, _) = sweep.best()?;
     let places = sweep.grid.places(cell.index);
     let [x, y] = middle(*places.get(along)?, *places.get(up)?);
