@@ -192,6 +192,6 @@ impl Args {
         if let Some(axis) = twice {
             return Err(AxisError::SweptTwice { key: axis.key() }.into());
         }
-        Ok(Grid::new(axes).map_err(SweepError::from)?)
+        Ok(Grid::new(axes)?)
     }
 }

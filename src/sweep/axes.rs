@@ -231,20 +231,20 @@ pub fn values(key: &str, spec: &str) -> Result<Vec<f64>, AxisError> {
         };
     }
     match numbers(':').as_deref() {
-        Some([from, to, step]) => range(*from, *to, *step).ok_or(()).or_else(|()| {
+        Some([from, to, step]) => range(*from, *to, *step).ok_or_else(|| {
             let count = (to - from) / step;
             if count.is_finite() && count >= 0.0 {
-                return Err(AxisError::TooManyCells {
+                return AxisError::TooManyCells {
                     cells: libm::floor(count) + 1.0,
-                });
+                };
             }
-            Err(AxisError::WrongWay {
+            AxisError::WrongWay {
                 key,
                 spec,
                 from: *from,
                 to: *to,
                 step: *step,
-            })
+            }
         }),
         Some([_, _]) => Err(AxisError::NoStep { key, spec }),
         _ => Err(AxisError::NotNumbers { key, spec }),
