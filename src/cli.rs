@@ -9,6 +9,7 @@ mod info;
 mod parameters;
 mod replay;
 mod simulate;
+mod sweep;
 
 use clap::{Parser, Subcommand};
 
@@ -36,6 +37,7 @@ enum Command {
     Explain(Box<explain::Args>),
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
+    Sweep(Box<sweep::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
 }
@@ -53,6 +55,7 @@ impl Cli {
             Command::Explain(args) => args.run(),
             Command::Check(args) => args.run(),
             Command::Diff(args) => args.run(),
+            Command::Sweep(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
         }

@@ -82,6 +82,9 @@ pub struct Input {
     pub trust_unchecked: bool,
     /// Most readings and odometry samples that are held in memory.
     pub max_readings: u64,
+    /// How long before its stamp a reading was taken, on the odometry's clock, seconds: it gets the
+    /// pose of that instant. Stamps stay as the log has them.
+    pub range_delay: f64,
 }
 
 /// How readings are grouped into frames.
@@ -201,8 +204,8 @@ pub struct SonarDefaults {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SonarOverride {
-    /// Mounting position in the robot's frame, metres. A mount needs x, y and yaw; it is taken
-    /// before any transform in the log.
+    /// Mounting position in the robot's frame, metres; taken before any transform in the log. What
+    /// of x, y and yaw is not given is the log's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<f64>,
     /// See `x`.
@@ -220,6 +223,13 @@ pub struct SonarOverride {
     /// Where "no echo" begins, metres; taken before the message's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_range: Option<f64>,
+}
+
+impl SonarOverride {
+    /// Whether it says anything of the mount.
+    pub fn has_mount(&self) -> bool {
+        self.x.is_some() || self.y.is_some() || self.yaw.is_some()
+    }
 }
 
 impl Default for Config {
@@ -306,6 +316,7 @@ impl Default for Input {
             drop_repeats: false,
             trust_unchecked: false,
             max_readings: 2_000_000,
+            range_delay: 0.0,
         }
     }
 }

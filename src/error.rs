@@ -14,6 +14,7 @@ use crate::outputs::OutputsError;
 use crate::recording;
 use crate::replay::ReplayError;
 use crate::simulate::SimulateError;
+use crate::sweep::SweepError;
 
 /// Exit code of a command that finished.
 pub const DONE: u8 = 0;
@@ -56,6 +57,9 @@ pub enum Error {
         /// What is wrong with it.
         source: ConfigError,
     },
+    /// A sweep.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// A simulation.
     #[error(transparent)]
     Simulate(#[from] SimulateError),

@@ -101,7 +101,7 @@ impl<'a> Framer<'a> {
     pub fn push(&mut self, reading: &RangeReading) -> Option<Frame> {
         let selected = self.selected.get(reading.sonar.index()) == Some(&true);
         self.tally.readings += u64::from(selected);
-        let world_from_robot = match self.track.world_from_robot(reading.stamp_ns) {
+        let world_from_robot = match self.track.world_from_robot_at(reading) {
             Ok(pose) => pose,
             Err(reason) => {
                 if selected {

@@ -83,7 +83,7 @@ impl Info {
         }
         let no_odometry = |o: &LogError| matches!(o, LogError::NoOdometry { .. });
         let blind = sonars.is_empty() || obstacles.iter().any(no_odometry);
-        let odometry = motion::odometry(odometry_topic.as_deref(), &log.events, &config.frames);
+        let odometry = motion::odometry(odometry_topic.as_deref(), &log.events, &config);
         let trial = if blind {
             Trial::none(config)
         } else {

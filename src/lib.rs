@@ -34,6 +34,7 @@ pub mod replay;
 pub mod report;
 pub mod rounding;
 pub mod simulate;
+pub mod sweep;
 pub mod tmam;
 pub mod trace;
 pub mod truth;

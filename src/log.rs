@@ -14,6 +14,7 @@ mod description;
 mod error;
 pub mod fuzzing;
 mod gather;
+mod gathered;
 mod json;
 mod messages;
 mod msg_schema;
@@ -36,6 +37,7 @@ pub mod writer;
 use crate::event::Events;
 use channels::ChannelReport;
 pub use error::{LogError, MissingMount, itemised};
+pub use gathered::Gathered;
 pub use messages::Role;
 pub use read::{read, read_with_truth, read_with_truth_in};
 

@@ -1,7 +1,7 @@
 //! The robot's pose at any instant, from odometry samples.
 
 use crate::config::Frames;
-use crate::event::OdometrySample;
+use crate::event::{OdometrySample, RangeReading};
 use crate::geometry::{Pose2, wrap_angle};
 
 /// A track of odometry samples, sorted by stamp.
@@ -10,6 +10,7 @@ pub struct Track<'a> {
     samples: &'a [OdometrySample],
     max_gap: f64,
     max_extrapolation: f64,
+    range_delay_ns: i64,
 }
 
 /// Why a stamp has no pose.
@@ -30,7 +31,30 @@ impl<'a> Track<'a> {
             samples,
             max_gap: bounds.max_odometry_gap,
             max_extrapolation: bounds.max_extrapolation,
+            range_delay_ns: 0,
         }
+    }
+
+    /// The same for readings that were taken `seconds` before their stamps.
+    pub fn with_range_delay(self, seconds: f64) -> Self {
+        Self {
+            // A float too large for a stamp becomes the largest one.
+            range_delay_ns: libm::rint(seconds * 1e9) as i64,
+            ..self
+        }
+    }
+
+    /// When a reading was taken, on the odometry's clock.
+    pub fn instant_ns(&self, reading: &RangeReading) -> i64 {
+        reading.stamp_ns.saturating_sub(self.range_delay_ns)
+    }
+
+    /// The robot's pose when a reading was taken.
+    ///
+    /// # Errors
+    /// As [`Self::world_from_robot`].
+    pub fn world_from_robot_at(&self, reading: &RangeReading) -> Result<Pose2, NoPose> {
+        self.world_from_robot(self.instant_ns(reading))
     }
 
     /// The robot's pose at a stamp: the sample's own, or interpolated between the two around it

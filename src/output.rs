@@ -53,6 +53,18 @@ impl Output {
         })
     }
 
+    /// Whether a file could be written there: for work that takes long before it has anything to
+    /// write. Leaves nothing behind; what is no file is not touched.
+    ///
+    /// # Errors
+    /// When it could not.
+    pub fn try_out(path: &Path) -> Result<(), OutputError> {
+        if !is_stdout(path) && (path.is_file() || !path.exists() || path.is_dir()) {
+            Self::create(path)?;
+        }
+        Ok(())
+    }
+
     /// What errors call it.
     pub fn path(&self) -> &Path {
         &self.path

@@ -74,7 +74,13 @@ impl Requested {
             self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
             self.features = Some(named_after(log, ".features.json"));
         }
-        self.refuse_collisions(log)?;
+        let named = [
+            &self.recording,
+            &self.features,
+            &self.trace,
+            &self.evaluation,
+        ];
+        refuse_collisions(log, &named.map(Option::as_deref))?;
         let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
         Ok(Outputs {
             recording: create(self.recording)?,
@@ -83,26 +89,26 @@ impl Requested {
             evaluation: create(self.evaluation)?,
         })
     }
+}
 
-    fn refuse_collisions(&self, log: &Path) -> Result<(), OutputsError> {
-        let mut taken = vec![place(log)];
-        let named = [
-            &self.recording,
-            &self.features,
-            &self.trace,
-            &self.evaluation,
-        ];
-        for path in named.into_iter().flatten() {
-            let place = place(path);
-            // What is no file can be written to twice.
-            let is_file = !path.exists() || path.is_file();
-            if is_file && taken.contains(&place) {
-                return Err(OutputsError::NamedTwice { path: path.clone() });
-            }
-            taken.push(place);
+/// Refuses outputs in one file, or in the log's place.
+///
+/// # Errors
+/// The file that is named twice.
+pub fn refuse_collisions(log: &Path, outputs: &[Option<&Path>]) -> Result<(), OutputsError> {
+    let mut taken = vec![place(log)];
+    for path in outputs.iter().copied().flatten() {
+        let place = place(path);
+        // What is no file can be written to twice.
+        let is_file = !path.exists() || path.is_file();
+        if is_file && taken.contains(&place) {
+            return Err(OutputsError::NamedTwice {
+                path: path.to_owned(),
+            });
         }
-        Ok(())
+        taken.push(place);
     }
+    Ok(())
 }
 
 /// Where a path leads, also before there is a file.

@@ -48,3 +48,31 @@ impl Observer for Progress {
         Ok(())
     }
 }
+
+/// How many cells of a sweep are done, from any thread.
+#[derive(Debug)]
+pub struct CellProgress(ProgressBar);
+
+impl CellProgress {
+    /// A bar on standard error, drawn only where that is a terminal.
+    pub fn new(cells: usize) -> Self {
+        let target = ProgressDrawTarget::stderr();
+        let bar = ProgressBar::with_draw_target(Some(cells as u64), target);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos} of {len} cells, {eta} left")
+        {
+            bar.set_style(style);
+        }
+        Self(bar)
+    }
+
+    /// One more is done.
+    pub fn tick(&self) {
+        self.0.inc(1);
+    }
+}
+
+impl Drop for CellProgress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}

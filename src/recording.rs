@@ -10,6 +10,7 @@ mod covariance;
 mod decided;
 mod encode;
 mod extent;
+pub mod grid;
 mod hold;
 pub mod live;
 mod log;
@@ -427,11 +428,14 @@ fn store_ids(setting: &Setting<'_>, world: Option<&World>) -> [StoreId; 2] {
     if let Some(world) = world {
         content.push_str(&serde_json::to_string(world).unwrap_or_default());
     }
+    let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
+    named_ids("tmam", &source.file, recording)
+}
+
+/// Names for a recording of a kind of a log.
+fn named_ids(kind: &str, file: &str, recording: String) -> [StoreId; 2] {
     // Other characters are not allowed in an application's name.
-    let stem = source
-        .file
-        .rsplit_once('.')
-        .map_or(source.file.as_str(), |(stem, _)| stem);
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
     let stem: String = stem
         .chars()
         .map(|c| {
@@ -443,8 +447,7 @@ fn store_ids(setting: &Setting<'_>, world: Option<&World>) -> [StoreId; 2] {
         })
         .take(MAX_STEM)
         .collect();
-    let application = ApplicationId::new_or_unknown(format!("tmam-{stem}"));
-    let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
+    let application = ApplicationId::new_or_unknown(format!("{kind}-{stem}"));
     let blueprint = format!("{recording}-blueprint");
     [
         StoreId::new(StoreKind::Recording, application.clone(), recording),

@@ -196,7 +196,18 @@ impl<'a> Replay<'a> {
     /// # Errors
     /// When an observer cannot write, or no frame could be opened.
     pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, ReplayError> {
-        let witness = self.witness();
+        self.run_judged_by(self.witness(), observers)
+    }
+
+    /// [`Self::run`] with the witness that judges the labels.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn run_judged_by(
+        &self,
+        witness: Witness,
+        observers: &mut [&mut dyn Observer],
+    ) -> Result<Outcome, ReplayError> {
         let mut tmam = Tmam::new(self.config).with_witness(witness);
         let mut outcome = Outcome::default();
         let mut position = None;
@@ -231,7 +242,8 @@ impl<'a> Replay<'a> {
         mut take: impl FnMut(&Frame) -> Result<(), ObserverError>,
     ) -> Result<Tally, ObserverError> {
         let events = &self.log.events;
-        let track = Track::new(&events.odometry, &self.config.frames);
+        let track = Track::new(&events.odometry, &self.config.frames)
+            .with_range_delay(self.config.input.range_delay);
         let mut framer = Framer::new(track, &events.sonars, &self.selected, &self.config.frames);
         for reading in self.readings {
             if let Some(frame) = framer.push(reading) {
@@ -244,7 +256,7 @@ impl<'a> Replay<'a> {
     }
 
     /// The map that the noise-aware rule makes of the whole log, to judge labels by.
-    fn witness(&self) -> Witness {
+    pub fn witness(&self) -> Witness {
         let config = Config {
             rule: Rule::NoiseAware,
             ..self.config.clone()

@@ -13,12 +13,8 @@ use crate::error::Error;
 #[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Parameters")]
 pub struct Parameters {
-    /// Configuration file; `tmam config` prints one with every key
-    #[arg(long, value_name = "FILE.toml")]
-    config: Option<PathBuf>,
-    /// How arcs are labelled and features fused [default: noise-aware]
-    #[arg(long, value_enum)]
-    rule: Option<RuleName>,
+    #[command(flatten)]
+    selection: Selection,
     /// Paper's rule: a contact arc has theta_c < ALPHA * theta_i [default: 0.5]
     #[arg(long, value_name = "RATIO")]
     alpha: Option<f64>,
@@ -40,6 +36,18 @@ pub struct Parameters {
     /// Any other key of the configuration, repeatable: triple.turn_tolerance=4
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+}
+
+/// What has no number to sweep: the file, the rule, and what is chosen of the log.
+#[derive(Debug, Clone, Default, PartialEq, Args)]
+#[command(next_help_heading = "Parameters")]
+pub struct Selection {
+    /// Configuration file; `tmam config` prints one with every key
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+    /// How arcs are labelled and features fused [default: noise-aware]
+    #[arg(long, value_enum)]
+    rule: Option<RuleName>,
     /// Leave out readings earlier than this after the first one
     #[arg(long, value_name = "S")]
     start: Option<f64>,
@@ -69,7 +77,7 @@ impl Parameters {
     /// The sonars that `--sensor` names, for a command in which it selects something else than the
     /// readings that are replayed.
     pub fn take_sensors(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.sensor)
+        std::mem::take(&mut self.selection.sensor)
     }
 
     /// The configuration in effect: defaults, then the file, then the flags.
@@ -77,14 +85,7 @@ impl Parameters {
     /// # Errors
     /// A file that cannot be read, and whatever is not allowed in it or in the flags.
     pub fn configuration(&self) -> Result<Config, Error> {
-        let text = self.file_text()?;
-        let mut config = parse_layers(&[&text]).map_err(|source| self.in_file(source))?;
-        check(&config).map_err(|source| self.in_file(source))?;
-        if !self.set.is_empty() {
-            let set = self.set.iter().map(String::as_str);
-            let layers: Vec<&str> = std::iter::once(text.as_str()).chain(set).collect();
-            config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
-        }
+        let mut config = self.selection.configuration(&self.set)?;
         self.apply(&mut config);
         check(&config)?;
         Ok(config)
@@ -104,10 +105,8 @@ impl Parameters {
     /// # Errors
     /// As [`Parameters::configuration`].
     pub fn varied(&self, file: Option<PathBuf>, set: &[String]) -> Result<Config, Error> {
-        let other = Self {
-            config: file.or_else(|| self.config.clone()),
-            ..self.clone()
-        };
+        let mut other = self.clone();
+        other.selection.config = file.or(other.selection.config);
         let config = other.configuration()?;
         if set.is_empty() {
             return Ok(config);
@@ -124,12 +123,16 @@ impl Parameters {
     /// The flags as one types them, for a command that a person is told to run next: those of the
     /// sonars left out.
     pub fn as_typed(&self) -> String {
-        let rule = self.rule.and_then(|rule| {
+        let rule = self.selection.rule.and_then(|rule| {
             let value = rule.to_possible_value()?;
             Some(value.get_name().to_owned())
         });
         let number = |value: Option<f64>| value.map(|value| value.to_string());
-        let path = self.config.as_ref().map(|path| path.display().to_string());
+        let path = self
+            .selection
+            .config
+            .as_ref()
+            .map(|path| path.display().to_string());
         let single = [
             ("config", path),
             ("rule", rule),
@@ -139,16 +142,16 @@ impl Parameters {
             ("step", number(self.step)),
             ("step-angle", number(self.step_angle)),
             ("match-distance", number(self.match_distance)),
-            ("start", number(self.start)),
-            ("end", number(self.end)),
+            ("start", number(self.selection.start)),
+            ("end", number(self.selection.end)),
         ];
         let single = single
             .into_iter()
             .filter_map(|(name, value)| Some((name, value?)));
         let many = [
             ("set", &self.set),
-            ("range-topic", &self.range_topic),
-            ("odom-topic", &self.odom_topic),
+            ("range-topic", &self.selection.range_topic),
+            ("odom-topic", &self.selection.odom_topic),
         ];
         let many = many
             .into_iter()
@@ -157,6 +160,47 @@ impl Parameters {
             .chain(many)
             .map(|(name, value)| format!(" --{name} {}", quoted(&value)))
             .collect()
+    }
+
+    fn apply(&self, config: &mut Config) {
+        let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
+        let set_degrees =
+            |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
+        set(&mut config.triple.alpha, self.alpha);
+        set(&mut config.triple.beta, self.beta);
+        set_degrees(&mut config.triple.gamma, self.gamma);
+        set(&mut config.frames.step, self.step);
+        set_degrees(&mut config.frames.step_angle, self.step_angle);
+        set(&mut config.map.match_distance, self.match_distance);
+    }
+}
+
+impl Selection {
+    /// The file with these flags and those of `set` over it, `KEY=VALUE` each.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and whatever is not allowed in it or in the flags.
+    pub fn configuration(&self, set: &[String]) -> Result<Config, Error> {
+        let text = self.file_text()?;
+        let mut config = parse_layers(&[&text]).map_err(|source| self.in_file(source))?;
+        check(&config).map_err(|source| self.in_file(source))?;
+        if !set.is_empty() {
+            let set = set.iter().map(String::as_str);
+            let layers: Vec<&str> = std::iter::once(text.as_str()).chain(set).collect();
+            config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
+        }
+        self.apply(&mut config);
+        check(&config)?;
+        Ok(config)
+    }
+
+    /// Whether a flag stands for a key of the configuration that could be swept.
+    pub fn gives(&self, key: &str) -> bool {
+        match key {
+            "input.start" => self.start.is_some(),
+            "input.end" => self.end.is_some(),
+            _ => false,
+        }
     }
 
     fn file_text(&self) -> Result<String, Error> {
@@ -177,20 +221,11 @@ impl Parameters {
     }
 
     fn apply(&self, config: &mut Config) {
-        let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
-        let set_degrees =
-            |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
         config.rule = match self.rule {
             Some(RuleName::Paper) => Rule::Paper,
             Some(RuleName::NoiseAware) => Rule::NoiseAware,
             None => config.rule,
         };
-        set(&mut config.triple.alpha, self.alpha);
-        set(&mut config.triple.beta, self.beta);
-        set_degrees(&mut config.triple.gamma, self.gamma);
-        set(&mut config.frames.step, self.step);
-        set_degrees(&mut config.frames.step_angle, self.step_angle);
-        set(&mut config.map.match_distance, self.match_distance);
         let input = &mut config.input;
         input.start = self.start.or(input.start);
         input.end = self.end.or(input.end);

@@ -31,14 +31,6 @@ pub enum ConfigError {
         /// Of the value.
         unit: Unit,
     },
-    /// Two keys that only make sense together.
-    #[error("sonar `{sonar}` has a mount without {missing}; a mount needs x, y (m) and yaw (deg)")]
-    HalfMount {
-        /// The sonar's name.
-        sonar: String,
-        /// The first key that lacks.
-        missing: &'static str,
-    },
     /// A description of messages that contradicts itself or lacks something.
     #[error("channel `{topic}` {problem}")]
     BadChannel {
@@ -89,7 +81,25 @@ pub fn parse_layers(texts: &[&str]) -> Result<Config, ConfigError> {
     for text in texts {
         overlay(&mut table, text.parse().map_err(Box::new)?);
     }
-    each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+    into_radians(&mut table)?;
+    Ok(table.try_into().map_err(Box::new)?)
+}
+
+/// A configuration with what a text names instead.
+///
+/// # Errors
+/// As [`parse`].
+pub fn overridden(config: &Config, text: &str) -> Result<Config, ConfigError> {
+    let mut above: Table = text.parse().map_err(Box::new)?;
+    into_radians(&mut above)?;
+    let mut table = Table::try_from(config).unwrap_or_default();
+    overlay(&mut table, above);
+    Ok(table.try_into().map_err(Box::new)?)
+}
+
+/// Turns the degrees of a text into radians; every key must be known.
+fn into_radians(table: &mut Table) -> Result<(), ConfigError> {
+    each_leaf(table, &mut Vec::new(), &mut |path, value| {
         let key = keys::find(path).ok_or_else(|| ConfigError::UnknownKey {
             key: path.join("."),
             suggestion: keys::nearest(path),
@@ -100,8 +110,7 @@ pub fn parse_layers(texts: &[&str]) -> Result<Config, ConfigError> {
             *value = Value::Float(degrees.to_radians());
         }
         Ok(())
-    })?;
-    Ok(table.try_into().map_err(Box::new)?)
+    })
 }
 
 /// Puts the values of one table over those of another.
@@ -136,16 +145,6 @@ pub fn check(config: &Config) -> Result<(), ConfigError> {
             unit: key.unit,
         })
     })?;
-    for (sonar, known) in &config.sonar {
-        let mount = [("x", known.x), ("y", known.y), ("yaw", known.yaw)];
-        let missing = mount.iter().find(|(_, value)| value.is_none());
-        if let (Some((missing, _)), true) = (missing, mount.iter().any(|(_, v)| v.is_some())) {
-            return Err(ConfigError::HalfMount {
-                sonar: sonar.clone(),
-                missing,
-            });
-        }
-    }
     for (topic, fields) in &config.channel {
         if let Some(problem) = fields.problem() {
             return Err(ConfigError::BadChannel {

@@ -111,6 +111,12 @@ pub const KEYS: &[Key] = &[
         "readings and odometry samples held, 60 bytes each",
     ),
     key(
+        "input.range_delay",
+        Plain,
+        Any,
+        "s that ranges are stamped late: their poses are so much older",
+    ),
+    key(
         "frames.step",
         Plain,
         AtLeast(0.0),
@@ -294,7 +300,7 @@ pub const KEYS: &[Key] = &[
         "sonar.*.x",
         Plain,
         Any,
-        "m; mount in the robot frame, before any transform in the log",
+        "m; mount in the robot frame, before the log's transforms",
     ),
     key("sonar.*.y", Plain, Any, "m"),
     key("sonar.*.yaw", Degrees, Any, "deg"),

@@ -268,7 +268,8 @@ impl Truth {
     /// not depend on the frames that a configuration makes of them.
     fn see(&mut self, replay: &Replay<'_>) {
         let setting = replay.setting();
-        let track = Track::new(&replay.log().events.odometry, &setting.config.frames);
+        let track = Track::new(&replay.log().events.odometry, &setting.config.frames)
+            .with_range_delay(setting.config.input.range_delay);
         for reading in replay.readings() {
             if reading.classify() != Return::Echo {
                 continue;
@@ -296,7 +297,7 @@ impl Truth {
     ) -> Option<Target> {
         let setting = replay.setting();
         let sonar = setting.sonars.get(reading.sonar.index())?;
-        let world_from_robot = track.world_from_robot(reading.stamp_ns).ok()?;
+        let world_from_robot = track.world_from_robot_at(reading).ok()?;
         if let Some(target) = self.recorded.get(&(reading.stamp_ns, reading.sonar)) {
             return Some(*target);
         }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::statistics::{median, quantile, rate, seconds};
-use crate::config::Frames;
+use crate::config::Config;
 use crate::event::{Events, OdometrySample};
 use crate::geometry::angle_between;
 use crate::odometry::Track;
@@ -65,7 +65,7 @@ pub struct Leap {
 }
 
 /// The facts of the odometry on a topic; `None` where there is none.
-pub fn odometry(topic: Option<&str>, events: &Events, bounds: &Frames) -> Option<OdometryFacts> {
+pub fn odometry(topic: Option<&str>, events: &Events, config: &Config) -> Option<OdometryFacts> {
     let samples = events.odometry.as_slice();
     let (first, last) = (samples.first()?, samples.last()?);
     let leaps: Vec<Leap> = samples.array_windows().map(|[a, b]| leap(a, b)).collect();
@@ -79,13 +79,14 @@ pub fn odometry(topic: Option<&str>, events: &Events, bounds: &Frames) -> Option
             .max_by(|a, b| of(a).total_cmp(&of(b)))
             .copied()
     };
-    let gap = |leap: &&Leap| leap.seconds > bounds.max_odometry_gap;
+    let gap = |leap: &&Leap| leap.seconds > config.frames.max_odometry_gap;
     let turn = |[a, b]: &[OdometrySample; 2]| {
         angle_between(b.world_from_robot.yaw, a.world_from_robot.yaw)
     };
-    let track = Track::new(samples, bounds);
+    let track = Track::new(samples, &config.frames).with_range_delay(config.input.range_delay);
     let count = |test: &dyn Fn(i64) -> bool| {
-        events.readings.iter().filter(|r| test(r.stamp_ns)).count() as u64
+        let instants = events.readings.iter().map(|r| track.instant_ns(r));
+        instants.filter(|instant| test(*instant)).count() as u64
     };
     Some(OdometryFacts {
         topic: topic.unwrap_or_default().to_owned(),
@@ -101,9 +102,9 @@ pub fn odometry(topic: Option<&str>, events: &Events, bounds: &Frames) -> Option
         distance: leaps.iter().map(|leap| leap.distance).sum(),
         turning: samples.array_windows().map(turn).sum(),
         readings: events.readings.len() as u64,
-        readings_with_pose: count(&|stamp| track.world_from_robot(stamp).is_ok()),
-        readings_before: count(&|stamp| stamp < first.stamp_ns),
-        readings_after: count(&|stamp| stamp > last.stamp_ns),
+        readings_with_pose: count(&|instant| track.world_from_robot(instant).is_ok()),
+        readings_before: count(&|instant| instant < first.stamp_ns),
+        readings_after: count(&|instant| instant > last.stamp_ns),
     })
 }
 
@@ -147,7 +148,7 @@ mod tests {
                 sample(2.25, 3.5, -3.0),
             ],
         };
-        let facts = odometry(Some("/odom"), &events, &Frames::default()).unwrap();
+        let facts = odometry(Some("/odom"), &events, &Config::default()).unwrap();
         assert_eq!(facts.gaps, 1);
         assert_eq!(facts.longest_gap.unwrap().stamp_ns, 250_000_000);
         assert_eq!(facts.largest_jump.unwrap().distance, 3.0);
@@ -157,6 +158,6 @@ mod tests {
         assert_eq!((facts.readings, facts.readings_with_pose), (5, 2));
         assert_eq!((facts.readings_before, facts.readings_after), (1, 1));
         assert_eq!(facts.median_interval, Some(0.25));
-        assert_eq!(odometry(None, &Events::default(), &Frames::default()), None);
+        assert_eq!(odometry(None, &Events::default(), &Config::default()), None);
     }
 }

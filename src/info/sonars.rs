@@ -96,7 +96,8 @@ type Placed<'a> = (&'a RangeReading, Option<Vec2>);
 
 /// The facts of every sonar, in the order of [`Events::sonars`].
 pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
-    let track = Track::new(&events.odometry, &config.frames);
+    let track =
+        Track::new(&events.odometry, &config.frames).with_range_delay(config.input.range_delay);
     let mut placed: Vec<Vec<Placed<'_>>> = vec![Vec::new(); events.sonars.len()];
     for reading in &events.readings {
         let RangeReading {
@@ -104,7 +105,7 @@ pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
         } = reading;
         let index = reading.sonar.index();
         if let (Some(sonar), Some(list)) = (events.sonars.get(index), placed.get_mut(index)) {
-            let robot = track.world_from_robot(reading.stamp_ns).ok();
+            let robot = track.world_from_robot_at(reading).ok();
             let at = robot.map(|robot: Pose2| robot.transform(sonar.robot_from_sensor.position()));
             list.push((reading, at));
         }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::container::OpenError;
+use super::container::{Loss, OpenError};
 use super::messages::MOST_SONARS;
 use crate::config::file::ConfigError;
 
@@ -184,6 +184,23 @@ pub struct MissingMount {
 }
 
 impl LogError {
+    /// What is missing may be what was lost.
+    pub(super) fn after(self, losses: &[Loss]) -> Self {
+        if losses.is_empty() {
+            return self;
+        }
+        let losses = losses.iter().map(ToString::to_string).collect();
+        match self {
+            Self::NoRanges { file, found, .. } if found.is_empty() => {
+                Self::Unreadable { file, losses }
+            }
+            error => Self::Damaged {
+                source: Box::new(error),
+                losses,
+            },
+        }
+    }
+
     pub(super) fn open(path: &Path, error: OpenError) -> Self {
         let path = path.to_owned();
         match error {

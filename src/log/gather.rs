@@ -239,7 +239,7 @@ impl Gatherer {
         time_notes.extend(stamps::skew(&ranges, &odometry.clock));
         time_notes.extend(stamps::backward(&ranges, &odometry.clock));
         time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
-        let repeating = repeats::find(&readings, &samples, sonars.len());
+        let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
         let dropped = config.input.drop_repeats;
         notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
         if dropped {

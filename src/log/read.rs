@@ -4,7 +4,7 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use super::budget::Budget;
-use super::channels::Channels;
+use super::channels::{ChannelReport, Channels};
 use super::container::{self, Channel, Loss, RawMessage, Unchecked};
 use super::gather::Gatherer;
 use super::truth::RecordedTruth;
@@ -74,14 +74,14 @@ fn finish_with_truth(
 }
 
 /// What the messages of a log give, one after the other.
-struct Visits {
+pub(super) struct Visits {
     channels: Channels,
     gatherer: Gatherer,
     budget: Budget,
 }
 
 impl Visits {
-    fn new(config: &Config, file_bytes: u64) -> Result<Self, LogError> {
+    pub(super) fn new(config: &Config, file_bytes: u64) -> Result<Self, LogError> {
         Ok(Self {
             channels: Channels::new(config)?,
             gatherer: Gatherer::default(),
@@ -89,7 +89,7 @@ impl Visits {
         })
     }
 
-    fn take(&mut self, channel: &Channel, message: RawMessage<'_>) {
+    pub(super) fn take(&mut self, channel: &Channel, message: RawMessage<'_>) {
         let budget = &mut self.budget;
         if let Some((role, content)) = self.channels.read(channel, message, budget) {
             let topic = &channel.topic;
@@ -98,21 +98,20 @@ impl Visits {
     }
 
     fn finish(self, file: String, config: &Config, losses: Vec<Loss>) -> Result<Log, LogError> {
-        self.budget.check(&file)?;
-        let lost: Vec<String> = losses.iter().map(ToString::to_string).collect();
-        self.gatherer
-            .finish(file, config, self.channels.into_reports(), losses)
-            .map_err(|error| match error {
-                LogError::NoRanges { file, found, .. } if found.is_empty() && !lost.is_empty() => {
-                    LogError::Unreadable { file, losses: lost }
-                }
-                // What is missing may be what was lost.
-                error if !lost.is_empty() => LogError::Damaged {
-                    source: Box::new(error),
-                    losses: lost,
-                },
-                error => error,
-            })
+        let (gatherer, channels) = self.into_parts(&file)?;
+        let lost = losses.clone();
+        gatherer
+            .finish(file, config, channels, losses)
+            .map_err(|error| error.after(&lost))
+    }
+
+    /// What was gathered, and of which channels.
+    ///
+    /// # Errors
+    /// When it was more than is held.
+    pub(super) fn into_parts(self, file: &str) -> Result<(Gatherer, Vec<ChannelReport>), LogError> {
+        self.budget.check(file)?;
+        Ok((self.gatherer, self.channels.into_reports()))
     }
 }
 

@@ -11,14 +11,20 @@ const MOTION: f64 = 1e-3;
 const SHARE: f64 = 0.2;
 
 /// Marks the readings that repeat the one before of the same sonar, an echo with the same bits,
-/// from another pose. Readings and samples are in stamp order; a reading outside the samples
-/// repeats nothing.
-pub fn find(readings: &[RangeReading], samples: &[OdometrySample], sonars: usize) -> Vec<bool> {
+/// from another pose. Readings and samples are in stamp order; readings were taken `range_delay`
+/// seconds before their stamps. One outside the samples repeats nothing.
+pub fn find(
+    readings: &[RangeReading],
+    samples: &[OdometrySample],
+    range_delay: f64,
+    sonars: usize,
+) -> Vec<bool> {
+    let delay_ns = libm::rint(range_delay * 1e9) as i64;
     let mut last: Vec<Option<(u64, Pose)>> = vec![None; sonars];
     readings
         .iter()
         .map(|reading| {
-            let here = pose_at(samples, reading.stamp_ns);
+            let here = pose_at(samples, reading.stamp_ns.saturating_sub(delay_ns));
             let bits = reading.range.to_bits();
             let now = here.filter(|_| reading.classify() == Return::Echo);
             let Some(last) = last.get_mut(reading.sonar.index()) else {
@@ -150,7 +156,7 @@ mod tests {
             reading(140, 0, 1.7), // the robot stands
             reading(500, 0, 1.7), // where it is then is not known
         ];
-        let repeats = find(&readings, &samples(), 2);
+        let repeats = find(&readings, &samples(), 0.0, 2);
         let found: Vec<usize> = (0..readings.len()).filter(|i| repeats[*i]).collect();
         assert_eq!(found, [2]);
     }
@@ -163,7 +169,7 @@ mod tests {
             robot_from_sensor: Pose2::IDENTITY,
         }];
         let readings: Vec<_> = (0..5).map(|k| reading(10 * k, 0, 1.5)).collect();
-        let all = find(&readings, &samples(), 1);
+        let all = find(&readings, &samples(), 0.0, 1);
         let said = note(&readings, &all, &sonars, false).unwrap();
         assert!(said.contains("left 80 %"), "{said}");
         let said = note(&readings, &all, &sonars, true).unwrap();

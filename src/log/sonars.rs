@@ -88,6 +88,8 @@ struct Named<'a> {
     known: SonarOverride,
     /// The mount of the frame: from the ring's name.
     frame_mount: Option<Pose2>,
+    /// What the configuration says of the frame.
+    ring: SonarOverride,
 }
 
 impl Placing<'_> {
@@ -190,6 +192,7 @@ impl Placing<'_> {
                     max_range: own.max_range.or(ring.max_range),
                     ..own
                 },
+                ring,
             }
         });
         let named = named.collect();
@@ -250,11 +253,19 @@ impl Placing<'_> {
             (None, Some(robot_from_frame)) => {
                 Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
             }
+            (None, None) if sonar.ring.has_mount() => self
+                .transforms
+                .mount(robot_frame, &source.key.frame, &Isometry3::identity())
+                .and_then(|frame| {
+                    let robot_from_frame = frame.overridden(&sonar.ring).robot_from_sensor;
+                    Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
+                }),
             (None, None) => {
                 self.transforms
                     .mount(robot_frame, &source.key.frame, &source.frame_from_beam)
             }
         };
+        let found = found.map(|mount| mount.overridden(&sonar.known));
         found.map_err(|why| {
             LogError::NoMount(Box::new(MissingMount {
                 sonar: sonar.name.clone(),

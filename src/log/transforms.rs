@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Vector3};
 
 use super::messages::TransformMessage;
+use crate::config::SonarOverride;
 use crate::geometry::Pose2;
 
 /// A sonar tilted more than this out of the plane is worth a word, radians.
@@ -62,6 +63,20 @@ pub enum NoMount {
 }
 
 impl Mount {
+    /// The same with what the configuration says of it instead.
+    pub fn overridden(self, known: &SonarOverride) -> Self {
+        let found = self.robot_from_sensor;
+        let robot_from_sensor = Pose2::new(
+            known.x.unwrap_or(found.x),
+            known.y.unwrap_or(found.y),
+            known.yaw.unwrap_or(found.yaw),
+        );
+        Self {
+            robot_from_sensor,
+            ..self
+        }
+    }
+
     /// A mount that does not move, laid into the plane.
     ///
     /// # Errors

@@ -70,24 +70,45 @@ pub enum Id {
     Evaluation,
 }
 
-impl Id {
+/// A container or view, the same in every recording.
+pub trait Part: Copy {
     /// The number behind it.
-    pub fn uuid(self) -> Uuid {
-        Uuid::from_u128(0x746d_616d_0000_4000_8000_0000_0000_0000 | self as u128)
+    fn uuid(self) -> Uuid;
+
+    /// Whether it holds others.
+    fn is_container(self) -> bool;
+
+    /// Where it stands in the blueprint.
+    fn path(self) -> String {
+        let kind = if self.is_container() {
+            "container"
+        } else {
+            "view"
+        };
+        format!("{kind}/{}", self.uuid())
+    }
+}
+
+/// The first of the ids; those of recordings of a replay follow, those of grids have the next bit set.
+pub const FIRST_UUID: u128 = 0x746d_616d_0000_4000_8000_0000_0000_0000;
+
+impl Part for Id {
+    fn uuid(self) -> Uuid {
+        Uuid::from_u128(FIRST_UUID | self as u128)
     }
 
-    fn path(self) -> String {
-        match self {
+    fn is_container(self) -> bool {
+        matches!(
+            self,
             Self::Root
-            | Self::Left
-            | Self::Right
-            | Self::Angles
-            | Self::Line
-            | Self::Point
-            | Self::Lanes
-            | Self::Scene => format!("container/{}", self.uuid()),
-            _ => format!("view/{}", self.uuid()),
-        }
+                | Self::Left
+                | Self::Right
+                | Self::Angles
+                | Self::Line
+                | Self::Point
+                | Self::Lanes
+                | Self::Scene
+        )
     }
 }
 
@@ -96,7 +117,12 @@ pub struct Writer<'a, W> {
     out: &'a mut RrdWriter<W>,
 }
 
-impl<W: Write> Writer<'_, W> {
+impl<'a, W: Write> Writer<'a, W> {
+    /// A blueprint without parts.
+    pub fn new(out: &'a mut RrdWriter<W>) -> Self {
+        Self { out }
+    }
+
     /// Any part.
     pub fn put(
         &mut self,
@@ -113,7 +139,13 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// A view of the entities that `query` selects.
-    pub fn view(&mut self, id: Id, class: &str, name: &str, query: &[&str]) -> Result<(), Error> {
+    pub fn view(
+        &mut self,
+        id: impl Part,
+        class: &str,
+        name: &str,
+        query: &[&str],
+    ) -> Result<(), Error> {
         let path = id.path();
         self.put(
             format!("{path}/ViewContents"),
@@ -128,16 +160,21 @@ impl<W: Write> Writer<'_, W> {
     }
 
     /// A setting of a view.
-    pub fn property(&mut self, id: Id, name: &str, what: &dyn AsComponents) -> Result<(), Error> {
+    pub fn property(
+        &mut self,
+        id: impl Part,
+        name: &str,
+        what: &dyn AsComponents,
+    ) -> Result<(), Error> {
         self.put(format!("{}/{name}", id.path()), what)
     }
 
     /// A container; the first of its tabs is open.
-    pub fn container(
+    pub fn container<P: Part>(
         &mut self,
-        id: Id,
+        id: P,
         kind: ContainerKind,
-        contents: &[Id],
+        contents: &[P],
         shares: &[f32],
     ) -> Result<(), Error> {
         let container = ContainerBlueprint::new(kind).with_contents(
@@ -156,11 +193,29 @@ impl<W: Write> Writer<'_, W> {
         };
         self.put(id.path(), &container)
     }
+
+    /// The whole window, with the side panels folded.
+    pub fn window(&mut self, root: impl Part) -> Result<(), Error> {
+        self.put(
+            "viewport",
+            &ViewportBlueprint::new()
+                .with_root_container(RootContainer(root.uuid().into()))
+                .with_auto_layout(AutoLayout(Bool(false)))
+                .with_auto_views(AutoViews(Bool(false))),
+        )?;
+        for panel in ["blueprint_panel", "selection_panel"] {
+            self.put(
+                panel,
+                &PanelBlueprint::new().with_state(PanelState::Collapsed),
+            )?;
+        }
+        Ok(())
+    }
 }
 
 /// Writes the whole blueprint.
 pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Error> {
-    let mut w = Writer { out };
+    let mut w = Writer::new(out);
     views::map(&mut w, layout)?;
     w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
     for (id, name, path, bound) in [
@@ -240,19 +295,7 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
         &[Id::Left, Id::Right],
         &[1.3, 1.0],
     )?;
-    w.put(
-        "viewport",
-        &ViewportBlueprint::new()
-            .with_root_container(RootContainer(Id::Root.uuid().into()))
-            .with_auto_layout(AutoLayout(Bool(false)))
-            .with_auto_views(AutoViews(Bool(false))),
-    )?;
-    for panel in ["blueprint_panel", "selection_panel"] {
-        w.put(
-            panel,
-            &PanelBlueprint::new().with_state(PanelState::Collapsed),
-        )?;
-    }
+    w.window(Id::Root)?;
     w.put("time_panel", &time_panel(layout))
 }
 

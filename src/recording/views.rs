@@ -17,7 +17,7 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
 };
 
 use super::Error;
-use super::blueprint::{Id, Layout, Writer};
+use super::blueprint::{Id, Layout, Part as _, Writer};
 use super::extent::Bounds;
 
 /// The map: bounds that fit the run, and the trajectory up to the cursor.

@@ -34,6 +34,22 @@ pub struct Testimony {
     pub feature: Option<u32>,
 }
 
+/// How far a reading is from what a feature should have given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Range beyond the feature, metres.
+    pub misfit: f64,
+    /// Its variance, square metres: the reading's and the feature's.
+    pub variance: f64,
+}
+
+impl Fit {
+    /// The misfit in standard deviations, squared.
+    pub fn chi2(&self) -> f64 {
+        self.misfit * self.misfit / self.variance
+    }
+}
+
 /// A wall from end to end, in coordinates along it.
 #[derive(Debug, Clone, PartialEq)]
 struct Wall {
@@ -63,6 +79,29 @@ impl Witness {
             })
             .collect();
         Self { walls, points }
+    }
+
+    /// How many features it has.
+    pub fn features(&self) -> usize {
+        self.walls.len() + self.points.len()
+    }
+
+    /// How well the map fits an arc: by the feature that fits best of those that explain it.
+    pub fn fit(&self, arc: &Arc) -> Option<Fit> {
+        if self.testify(arc).support == Support::Neither {
+            return None;
+        }
+        let walls = self.walls.iter().filter_map(|wall| {
+            wall.explains(arc)?;
+            Some(wall.fit(arc).0)
+        });
+        let points = self.points.iter().filter_map(|(_, point)| {
+            misfit_of_point(point, arc)?;
+            Some(fit_of_point(point, arc))
+        });
+        walls
+            .chain(points)
+            .min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
     }
 
     /// What the map says of an arc.
@@ -146,17 +185,8 @@ impl Wall {
 
     /// Where the wall would have echoed the reading, if it did within the noise.
     fn explains(&self, arc: &Arc) -> Option<Place> {
-        let (local, covariance) = self.segment.about(arc.center());
-        let (away, bearing) = if local.x < 0.0 {
-            (
-                -local.x,
-                wrap_angle(self.segment.theta + std::f64::consts::PI),
-            )
-        } else {
-            (local.x, self.segment.theta)
-        };
-        let variance = arc.variance + covariance.m11.max(0.0);
-        let misfit = away - arc.range;
+        let (fit, bearing) = self.fit(arc);
+        let Fit { misfit, variance } = fit;
         if misfit * misfit > SIGMAS * SIGMAS * variance || !arc.beam_holds(bearing) {
             return None;
         }
@@ -170,17 +200,43 @@ impl Wall {
             None
         }
     }
+
+    /// How far the reading is from the wall's line, and the bearing of its perpendicular.
+    fn fit(&self, arc: &Arc) -> (Fit, f64) {
+        let (local, covariance) = self.segment.about(arc.center());
+        let (away, bearing) = if local.x < 0.0 {
+            (
+                -local.x,
+                wrap_angle(self.segment.theta + std::f64::consts::PI),
+            )
+        } else {
+            (local.x, self.segment.theta)
+        };
+        let fit = Fit {
+            misfit: arc.range - away,
+            variance: arc.variance + covariance.m11.max(0.0),
+        };
+        (fit, bearing)
+    }
 }
 
 /// Squared misfit of a point in standard deviations, where it explains the reading.
 fn misfit_of_point(point: &Point, arc: &Arc) -> Option<f64> {
     let towards: Vec2 = point.position - arc.center();
-    let range = towards.norm();
-    if range <= 0.0 || !arc.beam_holds(direction(towards)) {
+    if towards.norm() <= 0.0 || !arc.beam_holds(direction(towards)) {
         return None;
     }
-    let ray = towards / range;
-    let variance = arc.variance + ray.dot(&(point.covariance * ray)).max(0.0);
-    let misfit = (range - arc.range) * (range - arc.range) / variance;
+    let misfit = fit_of_point(point, arc).chi2();
     (misfit < SIGMAS * SIGMAS).then_some(misfit)
+}
+
+/// How far the reading is from a point; the sensor must not stand on it.
+fn fit_of_point(point: &Point, arc: &Arc) -> Fit {
+    let towards: Vec2 = point.position - arc.center();
+    let range = towards.norm();
+    let ray = towards / range;
+    Fit {
+        misfit: arc.range - range,
+        variance: arc.variance + ray.dot(&(point.covariance * ray)).max(0.0),
+    }
 }

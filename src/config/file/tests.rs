@@ -90,11 +90,6 @@ fn messages_by_field_paths() {
 }
 
 #[test]
-fn half_a_mount_is_no_mount() {
-    assert!(message("[sonar.left]\nx = 1\ny = 2").contains("without yaw"));
-}
-
-#[test]
 fn later_layers_stand_before_earlier_ones() {
     let layers = [
         "[triple]\nalpha = 0.4\nbeta = 3",

@@ -1,0 +1,197 @@
+//! `tmam sweep`
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::parameters::Selection;
+use super::simulate::read_world;
+use crate::error::{DONE, Error, INCOMPLETE};
+use crate::evaluate::truth::AGREEING_RANGE;
+use crate::output::{Output, is_stdout};
+use crate::outputs::refuse_collisions;
+use crate::progress::CellProgress;
+use crate::recording::grid;
+use crate::sweep::{AxisError, Grid, Plan, Request, SweepError, TruthSource, csv, json, table};
+use crate::world::World;
+
+/// Replay a log under every combination of parameters, and rank them
+///
+/// VALUES are A:B:STEP with both ends, a list with commas, or a single number, in the unit of
+/// tmam.toml. With the truth, cells are ranked by the errors of their maps, then by their wrong
+/// labels; without it by how well their own map explains their readings, which is how a wrong mount
+/// or a late clock shows itself.
+#[derive(Debug, clap::Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "\
+Exit codes: 0 done; 2 usage, configuration or input that cannot be read, or not one cell could be \
+replayed; 3 done, but the log is incomplete or holds no echo.
+
+Examples:
+  tmam sweep drive.mcap --alpha 0.3:0.7:0.1 --gamma 6,8,10 -o grid.rrd
+  tmam sweep drive.mcap --set sonar.front.yaw=-5:5:0.5        is a mount off?
+  tmam sweep drive.mcap --set input.range_delay=-0.2:0.4:0.05 is a clock late?
+  tmam sweep room.mcap --step 0.05:0.3:0.05 --sort wrong_share --csv grid.csv"
+)]
+pub struct Args {
+    /// The MCAP log
+    log: PathBuf,
+    /// Values of triple.alpha: a contact arc has theta_c < ALPHA * theta_i
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        help_heading = "Grid"
+    )]
+    alpha: Option<String>,
+    /// Values of triple.beta: an intersection arc has theta_c > BETA * theta_i
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        help_heading = "Grid"
+    )]
+    beta: Option<String>,
+    /// Values of triple.gamma, degrees: gate on the smaller angle
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        help_heading = "Grid"
+    )]
+    gamma: Option<String>,
+    /// Values of frames.step, metres: way that opens a new frame
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        help_heading = "Grid"
+    )]
+    step: Option<String>,
+    /// Values of frames.step_angle, degrees: turn that opens a new frame
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        help_heading = "Grid"
+    )]
+    step_angle: Option<String>,
+    /// Values of map.match_distance, metres: points nearer than this are one
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        help_heading = "Grid"
+    )]
+    match_distance: Option<String>,
+    /// Values of any other key with numbers, repeatable: sonar.front.yaw=-5:5:1; a text or a switch
+    /// holds for all cells: noise_aware.merge=false
+    #[arg(long, value_name = "KEY=VALUES", help_heading = "Grid")]
+    set: Vec<String>,
+    /// Rank by this column of the CSV first
+    #[arg(long, value_name = "COLUMN")]
+    sort: Option<String>,
+    /// Cells to show in the table
+    #[arg(long, value_name = "N", default_value_t = 20, conflicts_with = "json")]
+    rows: usize,
+    /// Write every cell here, - for standard output
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
+    /// Tell it in JSON (tmam.sweep/1)
+    #[arg(long)]
+    json: bool,
+    /// Write the grid as pictures for the Rerun viewer here
+    #[arg(short, long = "output", value_name = "FILE.rrd")]
+    output: Option<PathBuf>,
+    /// The world in JSON, to hold cells against [default: the truth in the log, if there is one]
+    #[arg(long, value_name = "WORLD.json", value_parser = read_world)]
+    truth: Option<World>,
+    /// Do not look at the truth, even if there is one
+    #[arg(long, conflicts_with = "truth")]
+    no_truth: bool,
+    /// A range agrees with the echo model within this, or five of its standard deviations
+    #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
+    agree: f64,
+    /// Threads to replay in [default: one per processor]; the result is the same
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    #[command(flatten)]
+    selection: Selection,
+}
+
+impl Args {
+    pub fn run(self) -> Result<u8, Error> {
+        let (csv_path, output) = (self.csv.as_deref(), self.output.as_deref());
+        let stdout = self.json.then_some(Path::new("-"));
+        refuse_collisions(&self.log, &[csv_path, output, stdout])?;
+        let grid = self.grid()?;
+        let config = self.selection.configuration(&self.request()?.settings)?;
+        for path in [csv_path, output].into_iter().flatten() {
+            Output::try_out(path)?;
+        }
+        let progress = CellProgress::new(grid.cells());
+        let agreeing_range = self.agree;
+        let plan = Plan {
+            log: &self.log,
+            config: &config,
+            grid,
+            truth: match (self.no_truth, self.truth.clone()) {
+                (true, _) => TruthSource::None,
+                (false, None) => TruthSource::Log { agreeing_range },
+                (false, Some(world)) => TruthSource::World {
+                    world,
+                    agreeing_range,
+                },
+            },
+            threads: self.threads,
+            sort: self.sort.clone(),
+        };
+        let sweep = plan.run(&|| progress.tick())?;
+        drop(progress);
+
+        if let Some(path) = csv_path {
+            let mut out = Output::create(path)?;
+            csv::write(&mut out, &sweep).map_err(|source| out.failed(source))?;
+            out.commit()?;
+        }
+        if let Some(path) = output {
+            let mut out = Output::create(path)?;
+            grid::write(&mut out, &sweep)?;
+            out.commit()?;
+        }
+        if self.json {
+            let mut out = Output::create(Path::new("-"))?;
+            json::write(&mut out, &sweep).map_err(|source| out.failed(source))?;
+            out.commit()?;
+        } else if ![csv_path, output].into_iter().flatten().any(is_stdout) {
+            let text = table::text(&sweep, self.rows);
+            // A reader that has gone away has seen enough.
+            let _ = io::stdout().write_all(text.as_bytes());
+        }
+        let _ = io::stderr().write_all(table::problems(&sweep).as_bytes());
+        let judged = sweep.complete && sweep.has_arcs();
+        Ok(if judged { DONE } else { INCOMPLETE })
+    }
+
+    fn request(&self) -> Result<Request, SweepError> {
+        let flags = [
+            ("triple.alpha", &self.alpha),
+            ("triple.beta", &self.beta),
+            ("triple.gamma", &self.gamma),
+            ("frames.step", &self.step),
+            ("frames.step_angle", &self.step_angle),
+            ("map.match_distance", &self.match_distance),
+        ];
+        let flags = flags.map(|(key, values)| (key, values.as_deref()));
+        Ok(Request::new(&flags, &self.set)?)
+    }
+
+    fn grid(&self) -> Result<Grid, SweepError> {
+        let axes = self.request()?.axes;
+        let twice = axes.iter().find(|axis| self.selection.gives(&axis.key()));
+        if let Some(axis) = twice {
+            return Err(AxisError::SweptTwice { key: axis.key() }.into());
+        }
+        Ok(Grid::new(axes)?)
+    }
+}

@@ -1,0 +1,75 @@
+//! A curve over one key.
+
+use super::super::style::{BOUND, CONTACT, UNIDENTIFIED};
+use super::Picture;
+use super::drawing::{Drawing, HEIGHT, WIDTH, ticks};
+use crate::sweep::Sweep;
+use crate::sweep::columns::Column;
+
+/// Values that are written at the left.
+const LEVELS: usize = 5;
+
+/// The curve of a column over a key.
+pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Picture> {
+    let known = sweep.grid.axes().get(axis)?;
+    let mut points: Vec<(f64, Option<f64>)> = sweep
+        .cells
+        .iter()
+        .filter_map(|cell| {
+            let value = *sweep.grid.values(cell.index).get(axis)?;
+            let score = cell.score.as_ref().ok();
+            Some((value, score.and_then(|score| (column.of)(score))))
+        })
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let numbers = || points.iter().filter_map(|(_, number)| *number);
+    let low = numbers().fold(f64::INFINITY, f64::min);
+    let high = numbers().fold(f64::NEG_INFINITY, f64::max);
+    let (first, last) = (points.first()?.0, points.last()?.0);
+    let along = |value: f64| WIDTH * ((value - first) / (last - first)) as f32;
+    let up = |number: f64| {
+        let share = ((number - low) / (high - low)) as f32;
+        HEIGHT * (1.0 - if share.is_finite() { share } else { 0.5 })
+    };
+
+    let mut drawing = Drawing::default();
+    let frame = [[0.0, 0.0], [0.0, HEIGHT], [WIDTH, HEIGHT]];
+    drawing.line(frame.to_vec(), UNIDENTIFIED);
+    if let Some(best) = sweep
+        .best()
+        .and_then(|(cell, _)| sweep.grid.values(cell.index).get(axis).copied())
+    {
+        drawing.line(vec![[along(best), 0.0], [along(best), HEIGHT]], BOUND);
+        drawing.text([along(best), -10.0], format!("best {best}"));
+    }
+    // What could not be replayed leaves a gap.
+    for part in points.split(|(_, number)| number.is_none()) {
+        let part: Vec<[f32; 2]> = part
+            .iter()
+            .filter_map(|(value, number)| Some([along(*value), up((*number)?)]))
+            .collect();
+        for at in &part {
+            drawing.dot(*at, CONTACT);
+        }
+        if part.len() > 1 {
+            drawing.line(part, CONTACT);
+        }
+    }
+    for place in ticks(points.len()) {
+        let value = points.get(place)?.0;
+        drawing.text([along(value), HEIGHT + 8.0], value.to_string());
+    }
+    drawing.text([WIDTH / 2.0, HEIGHT + 28.0], super::layout::name(known));
+    let levels = if high > low { LEVELS } else { 1 };
+    for level in 0..levels {
+        let share = level as f64 / (LEVELS - 1) as f64;
+        let number = low + share * (high - low);
+        let decimals = column.decimals + usize::from(column.decimals == 0 && high - low < 4.0);
+        let text = format!("{:.decimals$}", number * column.scale);
+        drawing.text([-16.0, up(number)], text);
+    }
+    Some(Picture {
+        title: super::layout::title(column, low, high),
+        drawing,
+    })
+}
