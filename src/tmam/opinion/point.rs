@@ -1,5 +1,7 @@
 //! The point that explains readings best.
 
+use std::cell::Cell;
+
 use nalgebra::Matrix2;
 
 use super::minimum::least;
@@ -30,13 +32,22 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         let (way, chi2) = moments.best_on_ray(along, middle.range);
         (middle.center() + along * way, chi2)
     };
+    let least_held = Cell::new(f64::INFINITY);
     let chi2 = |offset: f64| {
         let (point, chi2) = point_at(offset);
+        // What is no less than a point that the beams hold need not be looked for in them.
+        if chi2 >= least_held.get() {
+            return chi2;
+        }
         let held = arcs.iter().zip(&edges).all(|(arc, (axis, cosine))| {
             let towards = point - arc.center();
             axis.dot(&towards) >= cosine * towards.norm()
         });
-        if held { chi2 } else { f64::INFINITY }
+        if !held {
+            return f64::INFINITY;
+        }
+        least_held.set(chi2);
+        chi2
     };
     let half = middle.beam_width / 2.0;
     let (offset, value) = least(-half, half, chi2);
