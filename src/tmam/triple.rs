@@ -252,6 +252,8 @@ mod tests {
         fn theorem_2_3_one_point_has_identical_intersection_points(travel in -3.0..3.0, off in 0.5..2.6, tilt in -0.05..0.05, range in 0.8..5.0f64) {
             let p = unit(travel) * 0.12 + unit(travel + off) * range;
             let arcs = triple(travel, travel + off + tilt, |s| (p - s).norm());
+            let held = |a: &Arc| a.beam_holds(direction(p - a.center()));
+            prop_assume!(arcs.iter().all(held));
             let (label, found) = evidence(&arcs);
             prop_assert!(found.theta_i < 1e-6, "theta_i {}", found.theta_i);
             prop_assert_eq!(label, Label::Intersection);
