@@ -189,6 +189,8 @@ pub struct Departures {
     pub merge: bool,
     /// A feature with too little support stays tentative.
     pub confirm: bool,
+    /// Walls end at the corners that they run across.
+    pub end_at_corners: bool,
 }
 
 /// What holds for every sonar whose messages do not say it.
@@ -343,6 +345,7 @@ impl Default for Departures {
             fuse_by_information: true,
             merge: true,
             confirm: true,
+            end_at_corners: true,
         }
     }
 }
@@ -357,6 +360,7 @@ impl Departures {
         fuse_by_information: false,
         merge: false,
         confirm: false,
+        end_at_corners: false,
     };
 }
 

@@ -156,7 +156,7 @@ impl Tmam {
             residual_rms: fit.residual_rms,
             iterations: fit.iterations,
             converged: fit.converged,
-            opinion: Opinion::of(&run.associated, &self.gate),
+            opinion: Opinion::of(&used, &self.gate),
             outliers: fit.outliers,
             action,
             map_feature,

@@ -3,7 +3,7 @@
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::parameters::Parameters;
+use super::parameters::{Parameters, quoted};
 use super::simulate::read_world;
 use crate::error::{DONE, Error, INCOMPLETE};
 use crate::evaluate::Truth;
@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(long, value_name = "K", group = "which")]
     frame: Option<u32>,
     /// The sonar's arc nearest to this many seconds after the log's first reading
-    #[arg(long, value_name = "S", group = "which")]
+    #[arg(long, value_name = "S", group = "which", value_parser = seconds)]
     time: Option<f64>,
     /// The arc that passes nearest to this place, metres in the odometry frame; of any sonar where
     /// none is named
@@ -74,7 +74,11 @@ impl Args {
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
         let setting = replay.setting();
-        let named = format!("{}{}", self.log.display(), self.parameters.as_typed());
+        let named = format!(
+            "{}{}",
+            quoted(&self.log.display().to_string()),
+            self.parameters.as_typed()
+        );
         let outcome = if let Some(which) = self.which() {
             let question = Question { sonars, which };
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
@@ -128,6 +132,13 @@ fn end(log: &log::Log, outcome: &Outcome, complete: bool) -> u8 {
     } else {
         INCOMPLETE
     }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.trim().parse::<f64>().ok();
+    seconds
+        .filter(|s| s.is_finite() && *s >= 0.0)
+        .ok_or_else(|| "seconds after the log's first reading, 0 or more".to_owned())
 }
 
 fn place(text: &str) -> Result<Vec2, String> {

@@ -291,6 +291,12 @@ pub const KEYS: &[Key] = &[
         "a feature with too little support stays tentative",
     ),
     key(
+        "noise_aware.end_at_corners",
+        Plain,
+        Any,
+        "walls end at the corners that they run across",
+    ),
+    key(
         "sonars.beam_width",
         Degrees,
         Between(0.0, 360.0),

@@ -46,6 +46,10 @@ impl Budget {
 
     /// Whether there is room for what a message says.
     pub fn admits(&mut self, content: &Content) -> bool {
+        // What is not held takes time all the same.
+        if let Content::Transforms(transforms) = content {
+            self.messages = self.messages.saturating_add(transforms.len() as u64);
+        }
         let held = match content {
             Content::Odometry(_) => 1,
             Content::Transforms(_) | Content::Description(_) => 0,

@@ -95,7 +95,7 @@ pub struct Extraction {
     pub iterations: u32,
     /// Whether the stopping rule was met.
     pub converged: bool,
-    /// What all its readings together support.
+    /// What all its readings together support, but for those that the fit left out.
     pub opinion: Opinion,
     /// Associated arcs that the fit left out.
     pub outliers: Vec<ArcId>,

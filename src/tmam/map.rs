@@ -1,5 +1,6 @@
 //! Fusion of extracted features with the registered ones.
 
+mod ends;
 mod explained;
 mod information;
 mod paper;
@@ -8,7 +9,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::arc::Arc;
-use super::feature::{Action, MapFeature, Segment, Shape, Status};
+use super::feature::{Action, MapFeature, Point, Segment, Shape, Status};
 use crate::config::{Config, Departures, Map as Bounds};
 use crate::geometry::{angle_between, unit};
 
@@ -95,7 +96,7 @@ impl Map {
             .features
             .iter()
             .filter(|f| f.status == Status::Confirmed);
-        let settled: Vec<MapFeature> = confirmed
+        let mut settled: Vec<MapFeature> = confirmed
             .filter(|f| self.lone.get(&f.id).is_some_and(|arcs| doubtful(f, arcs)))
             .map(|feature| MapFeature {
                 status: Status::Tentative,
@@ -107,7 +108,35 @@ impl Map {
                 *feature = *changed;
             }
         }
+        settled.extend(self.end_walls());
         settled
+    }
+
+    /// Ends walls at the confirmed points on them.
+    fn end_walls(&mut self) -> Vec<MapFeature> {
+        if !self.departures.end_at_corners {
+            return Vec::new();
+        }
+        let confirmed = self
+            .features
+            .iter()
+            .filter(|f| f.status == Status::Confirmed);
+        let points: Vec<Point> = confirmed
+            .filter_map(|feature| match feature.shape {
+                Shape::Point(point) => Some(point),
+                Shape::Line(_) => None,
+            })
+            .collect();
+        let mut changed = Vec::new();
+        for feature in &mut self.features {
+            if let Shape::Line(segment) = &feature.shape
+                && let Some(cut) = ends::cut_at(segment, &points)
+            {
+                feature.shape = Shape::Line(cut);
+                changed.push(*feature);
+            }
+        }
+        changed
     }
 
     fn merge(&mut self, known: MapFeature, shape: Shape, readings: u32) -> Fused {
@@ -257,7 +286,6 @@ mod tests {
     use super::*;
     use crate::config::Rule;
     use crate::geometry::Vec2;
-    use crate::tmam::feature::Point;
     use crate::tmam::fit::testing::arc;
     use nalgebra::Matrix2;
     use proptest::prelude::*;

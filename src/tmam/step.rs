@@ -15,7 +15,7 @@ pub struct Step {
     pub verdicts: Vec<Verdict>,
     /// Features extracted from the runs that closed now, each with what became of it in the map.
     pub extractions: Vec<Extraction>,
-    /// Map features whose status changed at the end of the log.
+    /// Map features that changed at the end of the log: their status, or where they end.
     pub settled: Vec<MapFeature>,
     /// Arcs of this and earlier frames of which all is known now: the label, the opinion of the
     /// widest window and that of the run. By sonar in the order of the arcs.

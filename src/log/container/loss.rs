@@ -124,6 +124,12 @@ pub enum Why {
     /// Compressed data that cannot be decompressed.
     #[error("it cannot be decompressed: {0}")]
     Decompression(String),
+    /// A schema that is defined twice.
+    #[error("schema {0} is defined again, and otherwise: the first definition is kept")]
+    SchemaConflict(u16),
+    /// More definitions than are held.
+    #[error("its message definitions, with those before it, are longer than is held of a file")]
+    Definitions,
     /// A chunk whose records do not fit.
     #[error("a record in it runs beyond its end, or is none; what stands before it was used")]
     Overrun,

@@ -6,6 +6,9 @@ use std::rc::Rc;
 use super::record::{self, Inner, op};
 use super::{Channel, Schema, Why};
 
+/// Bytes of message definitions that are held of a file.
+const MOST_DEFINITIONS: usize = 32 << 20;
+
 /// Definitions from one part of a file.
 #[derive(Debug, Clone, Default)]
 pub struct Registry {
@@ -13,6 +16,8 @@ pub struct Registry {
     channels: BTreeMap<u16, Channel>,
     /// Channels whose messages could mean one thing or another.
     ambiguous: BTreeSet<u16>,
+    /// Bytes of the schemas.
+    held: usize,
 }
 
 impl Registry {
@@ -22,7 +27,18 @@ impl Registry {
         match record.opcode {
             op::SCHEMA => {
                 let (id, schema) = record::schema(record.body).map_err(|_| Why::Malformed)?;
-                // A changed schema changes the channels defined after it, and those are compared.
+                if let Some(known) = self.schemas.get(&id) {
+                    // Repeated; or changed, and then nobody knows which of the two channels mean.
+                    return if **known == schema {
+                        Ok(())
+                    } else {
+                        Err(Why::SchemaConflict(id))
+                    };
+                }
+                self.held = self.held.saturating_add(schema.data.len());
+                if self.held > MOST_DEFINITIONS {
+                    return Err(Why::Definitions);
+                }
                 self.schemas.insert(id, Rc::new(schema));
                 Ok(())
             }

@@ -8,8 +8,9 @@ use super::registry::Registry;
 use super::source::Source;
 use super::tail::{DATA_END, DATA_END_PREFIX};
 
-/// Bytes looked through at a time.
+/// Bytes looked through at a time, at most and at first.
 const STRIDE: u64 = 64 << 10;
+const FIRST_STRIDE: u64 = 256;
 /// Records in a row that are taken for more than chance.
 const CHAIN: usize = 3;
 /// A definition longer than this is taken for chance: bytes.
@@ -33,8 +34,10 @@ pub fn next_record<R: Read + Seek>(
     sought: Sought<'_>,
 ) -> io::Result<Option<u64>> {
     let mut at = from;
+    // The next record is often near: what is read for nothing when it is should be little.
+    let mut stride = FIRST_STRIDE;
     while at < to {
-        let bytes = source.get(at, STRIDE.min(to - at) + PREFIX - 1)?;
+        let bytes = source.get(at, stride.min(to - at) + PREFIX - 1)?;
         let candidates: Vec<u64> = bytes
             .windows(PREFIX as usize)
             .enumerate()
@@ -46,7 +49,8 @@ pub fn next_record<R: Read + Seek>(
                 return Ok(Some(candidate));
             }
         }
-        at = at.saturating_add(STRIDE);
+        at = at.saturating_add(stride);
+        stride = (2 * stride).min(STRIDE);
     }
     Ok(None)
 }

@@ -1,0 +1,89 @@
+//! Where walls end: at the corners that were found on them.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::geometry::unit;
+use crate::tmam::feature::{Point, Segment};
+
+/// A point this near to a wall's line is on it, metres; beyond what the covariances say.
+const ON_LINE: f64 = 0.02;
+/// Standard deviations of the point that come on top.
+const SIGMAS: f64 = 3.0;
+/// The longest piece of wall that is cut off, metres: what runs across a corner by mistake, since
+/// ranges pass from a wall to its end so smoothly.
+const LONGEST_CUT: f64 = 0.5;
+/// The same as a share of the segment's length.
+const LARGEST_SHARE: f64 = 0.3;
+
+/// The segment without what reaches beyond a point on its line near one of its ends; `None` where
+/// nothing does.
+pub fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
+    let (normal, along) = (unit(segment.theta), unit(segment.theta + FRAC_PI_2));
+    let middle = segment.mid.dot(&along);
+    let length = 2.0 * segment.half_length;
+    let longest = LONGEST_CUT.min(LARGEST_SHARE * length);
+    let (mut low, mut high) = (middle - segment.half_length, middle + segment.half_length);
+    for point in points {
+        let spread = normal.dot(&(point.covariance * normal)).max(0.0).sqrt();
+        let off = (point.position.dot(&normal) - segment.rho).abs();
+        if off > ON_LINE + SIGMAS * spread {
+            continue;
+        }
+        let way = point.position.dot(&along);
+        if way < high && way > high - longest {
+            high = way;
+        } else if way > low && way < low + longest {
+            low = way;
+        }
+    }
+    let cut = Segment {
+        mid: normal * segment.rho + along * ((low + high) / 2.0),
+        half_length: (high - low) / 2.0,
+        ..*segment
+    };
+    (cut.half_length < segment.half_length).then_some(cut)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec2;
+    use nalgebra::Matrix2;
+
+    /// Along x from 0 to 4, 2 m up.
+    fn wall() -> Segment {
+        Segment {
+            rho: 2.0,
+            theta: FRAC_PI_2,
+            covariance: Matrix2::identity() * 1e-6,
+            mid: Vec2::new(2.0, 2.0),
+            half_length: 2.0,
+        }
+    }
+
+    fn point(x: f64, y: f64) -> Point {
+        Point {
+            position: Vec2::new(x, y),
+            covariance: Matrix2::identity() * 1e-6,
+        }
+    }
+
+    #[test]
+    fn a_wall_ends_at_the_corners_that_it_runs_across() {
+        let cut = cut_at(&wall(), &[point(0.2, 2.01), point(3.7, 1.99)]).unwrap();
+        let [a, b] = cut.ends();
+        let (left, right) = (a.x.min(b.x), a.x.max(b.x));
+        assert!(
+            (left - 0.2).abs() < 1e-12 && (right - 3.7).abs() < 1e-12,
+            "{cut:?}"
+        );
+        assert_eq!((cut.rho, cut.theta), (2.0, FRAC_PI_2));
+    }
+
+    #[test]
+    fn points_in_its_midst_beside_it_or_beyond_it_cut_nothing() {
+        for (x, y) in [(2.0, 2.0), (3.3, 2.0), (3.8, 2.1), (4.1, 2.0)] {
+            assert_eq!(cut_at(&wall(), &[point(x, y)]), None, "{x} {y}");
+        }
+    }
+}
