@@ -7,6 +7,7 @@ use super::replayed::replay;
 use super::suite::{Job, Options};
 use super::{Found, Report, Verdict};
 use crate::config::Config;
+use crate::config::file::layered;
 use crate::config::render::render;
 use crate::error::Error;
 use crate::golden::{Golden, Tolerance, ToleranceError, as_recorded, compare};
@@ -14,8 +15,8 @@ use crate::output::Output;
 
 /// Writes or updates a log's golden file.
 ///
-/// A new file takes the configuration given; an old one keeps its own, and its tolerances, unless
-/// others are given.
+/// What is given of the configuration and the tolerances stands over what the old file records, and
+/// that over the defaults.
 pub fn bless(job: &Job, options: &Options) -> Report {
     try_bless(job, options).unwrap_or_else(|error| job.report(unusable(&error)))
 }
@@ -26,7 +27,7 @@ fn try_bless(job: &Job, options: &Options) -> Result<Report, Error> {
         false => None,
     };
     let recorded = old.as_ref().and_then(|old| old.config.clone());
-    let config = options.config.clone().or(recorded).unwrap_or_default();
+    let config = layered(recorded.unwrap_or_default(), &options.layers)?;
     let config = as_recorded(&config)?;
     let tolerances =
         tolerances(old.as_ref(), &options.tolerances).map_err(crate::check::CheckError::from)?;
@@ -119,7 +120,8 @@ fn changed_config(old: Option<&Config>, new: Option<&Config>) -> Vec<String> {
             if line.starts_with('[') {
                 section = line.trim_matches(['[', ']']).to_owned();
             } else if line.contains('=') && !line.starts_with('#') {
-                settings.push(format!("{section}.{line}"));
+                let dot = if section.is_empty() { "" } else { "." };
+                settings.push(format!("{section}{dot}{line}"));
             }
         }
         settings

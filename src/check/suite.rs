@@ -8,7 +8,6 @@ use super::bless::bless;
 use super::judge::judge;
 use super::partition::Partition;
 use super::{Report, Verdict};
-use crate::config::Config;
 use crate::golden::{Tolerance, ToleranceError, is_set};
 use crate::output::OutputError;
 
@@ -31,8 +30,9 @@ pub struct Options {
     pub strict: bool,
     /// The part of the logs that is checked here.
     pub partition: Option<Partition>,
-    /// A configuration to bless with, where one is given.
-    pub config: Option<Config>,
+    /// What to bless with instead of what is recorded: texts as of a configuration file, each over
+    /// the one before.
+    pub layers: Vec<String>,
     /// Tolerances to bless with, as `KEY=VALUE`.
     pub tolerances: Vec<String>,
 }

@@ -59,8 +59,8 @@ pub struct Args {
     /// How many differences of a kind to print
     #[arg(long, value_name = "N", default_value_t = SHOWN, help_heading = "Reports")]
     show: usize,
-    /// Write or update the golden files instead, and tell what changed. The configuration of an
-    /// existing one stays, unless parameters are given
+    /// Write or update the golden files instead, and tell what changed. Of the configuration in an
+    /// existing one, only the parameters given here change
     #[arg(long, help_heading = "Blessing")]
     bless: bool,
     /// Bless even where CI is set
@@ -80,8 +80,8 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<u8, Error> {
-        let config = self.parameters.given()?;
-        if config.is_some() && !self.bless {
+        let layers = self.parameters.layers()?;
+        if !layers.is_empty() && !self.bless {
             return Err(Error::ParametersWithoutBless);
         }
         let with_artifacts = self.artifacts.is_some();
@@ -94,7 +94,7 @@ impl Args {
             force: self.force,
             strict: self.strict,
             partition: self.partition,
-            config,
+            layers,
             tolerances: self.tolerance,
         })?;
         let create = |path: &Option<PathBuf>| path.as_deref().map(Output::create).transpose();

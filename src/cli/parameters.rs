@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use toml::Value;
 
 use crate::config::file::{ConfigError, check, parse_layers};
 use crate::config::render::render;
@@ -91,13 +92,47 @@ impl Parameters {
         Ok(config)
     }
 
-    /// The configuration, where there is any flag that makes one.
+    /// What is given, for a command that puts it over a configuration of its own: texts as of a
+    /// configuration file, each over the one before. None where nothing is given.
     ///
     /// # Errors
     /// As [`Parameters::configuration`].
-    pub fn given(&self) -> Result<Option<Config>, Error> {
-        let given = *self != Self::default();
-        given.then(|| self.configuration()).transpose()
+    pub fn layers(&self) -> Result<Vec<String>, Error> {
+        self.configuration()?;
+        let file = self.selection.file_text()?;
+        let flags = self.as_toml();
+        let given = std::iter::once(file)
+            .chain(self.set.iter().cloned())
+            .chain(std::iter::once(flags));
+        Ok(given.filter(|text| !text.trim().is_empty()).collect())
+    }
+
+    /// The flags as keys of the configuration.
+    fn as_toml(&self) -> String {
+        let number = |value: Option<f64>| value.map(Value::from);
+        let globs = |globs: &[String]| (!globs.is_empty()).then(|| Value::from(globs.to_vec()));
+        let selection = &self.selection;
+        let rule = selection.rule.and_then(|rule| {
+            let value = rule.to_possible_value()?;
+            Some(Value::from(value.get_name()))
+        });
+        [
+            ("rule", rule),
+            ("triple.alpha", number(self.alpha)),
+            ("triple.beta", number(self.beta)),
+            ("triple.gamma", number(self.gamma)),
+            ("frames.step", number(self.step)),
+            ("frames.step_angle", number(self.step_angle)),
+            ("map.match_distance", number(self.match_distance)),
+            ("input.start", number(selection.start)),
+            ("input.end", number(selection.end)),
+            ("input.sonars", globs(&selection.sensor)),
+            ("input.range_topics", globs(&selection.range_topic)),
+            ("input.odometry_topics", globs(&selection.odom_topic)),
+        ]
+        .into_iter()
+        .filter_map(|(key, value)| Some(format!("{key} = {}\n", value?)))
+        .collect()
     }
 
     /// The configuration with another file, and with other values over everything.

@@ -97,6 +97,18 @@ pub fn overridden(config: &Config, text: &str) -> Result<Config, ConfigError> {
     Ok(table.try_into().map_err(Box::new)?)
 }
 
+/// A configuration with what texts name instead, each over the one before; checked.
+///
+/// # Errors
+/// As [`parse`] and [`check`].
+pub fn layered(mut config: Config, texts: &[String]) -> Result<Config, ConfigError> {
+    for text in texts {
+        config = overridden(&config, text)?;
+    }
+    check(&config)?;
+    Ok(config)
+}
+
 /// Turns the degrees of a text into radians; every key must be known.
 fn into_radians(table: &mut Table) -> Result<(), ConfigError> {
     each_leaf(table, &mut Vec::new(), &mut |path, value| {
