@@ -25,7 +25,7 @@ incomplete, or neither side holds a feature.
 Examples:
   tmam diff before.features.json after.features.json
   tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
-  tmam diff drive.mcap --set-b triple.gamma=8               one log under two configurations
+  tmam diff drive.mcap --set-b frames.step=0.15             one log under two configurations
   tmam diff golden/drive.golden.json drive.mcap"
 )]
 pub struct Args {
