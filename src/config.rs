@@ -191,6 +191,8 @@ pub struct Departures {
     pub confirm: bool,
     /// Walls end at the corners that they run across.
     pub end_at_corners: bool,
+    /// At the end of the log, features are fitted anew to all readings that they alone explain.
+    pub gather: bool,
 }
 
 /// What holds for every sonar whose messages do not say it.
@@ -346,6 +348,7 @@ impl Default for Departures {
             merge: true,
             confirm: true,
             end_at_corners: true,
+            gather: true,
         }
     }
 }
@@ -361,6 +364,7 @@ impl Departures {
         merge: false,
         confirm: false,
         end_at_corners: false,
+        gather: false,
     };
 }
 

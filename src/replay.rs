@@ -13,7 +13,7 @@ use crate::tmam::Tmam;
 use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
 use crate::tmam::triple::Label;
-use crate::tmam::witness::Witness;
+use crate::tmam::witness::{Reach, Witness};
 
 /// Why there is nothing to replay in a log that could be read.
 #[derive(Debug, thiserror::Error)]
@@ -268,7 +268,7 @@ impl<'a> Replay<'a> {
             Ok(())
         });
         tmam.finish();
-        Witness::new(tmam.map().features(), config.map.max_wall_gap)
+        Witness::new(tmam.map().features(), &Reach::of(config.map.max_wall_gap))
     }
 
     fn no_frames(&self, tally: &Tally) -> ReplayError {

@@ -42,6 +42,8 @@ pub struct Tmam {
     streams: BTreeMap<SonarId, Stream>,
     map: Map,
     extracted: u32,
+    /// Every arc of the log, where the map is made anew of them at the end.
+    arcs: Vec<Arc>,
     witness: Option<Witness>,
 }
 
@@ -54,6 +56,7 @@ impl Tmam {
             streams: BTreeMap::new(),
             map: Map::new(config),
             extracted: 0,
+            arcs: Vec::new(),
             witness: None,
         }
     }
@@ -77,6 +80,9 @@ impl Tmam {
         for entry in &frame.entries {
             let arc = self.arc(frame.index, entry);
             step.arcs.extend(arc);
+            if self.config.departures().gather {
+                self.arcs.extend(arc);
+            }
             let mut stream = self.streams.remove(&entry.sonar).unwrap_or_default();
             let progress = stream.push(arc, &self.config, &self.gate);
             self.take(progress, &mut stream, &mut step);
@@ -92,7 +98,7 @@ impl Tmam {
             let progress = stream.finish(&self.config, &self.gate);
             self.take(progress, &mut stream, &mut step);
         }
-        step.settled = self.map.settle();
+        step.settled = self.map.settle(&self.arcs);
         step
     }
 

@@ -297,6 +297,12 @@ pub const KEYS: &[Key] = &[
         "walls end at the corners that they run across",
     ),
     key(
+        "noise_aware.gather",
+        Plain,
+        Any,
+        "at the end, features from all readings that they alone explain",
+    ),
+    key(
         "sonars.beam_width",
         Degrees,
         Between(0.0, 360.0),

@@ -3,10 +3,12 @@
 mod consistency;
 mod line;
 mod point;
+mod refit;
 mod start;
 
 pub use line::fit_line;
 pub use point::fit_point;
+pub use refit::refit;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
@@ -85,11 +87,18 @@ impl Fit {
 }
 
 /// An observation model `r = h(P) + w` with two parameters.
-trait Model {
+trait Observation {
     /// Predicted range of one arc and its derivative by the parameters; `None` where the model has
     /// no derivative.
     fn predict(&self, parameters: Vector2<f64>, arc: &Arc) -> Option<(f64, RowVector2<f64>)>;
 
+    /// Norm of a step with lengths in centimetres and angles in radians, as the paper adds them.
+    fn step_norm(step: Vector2<f64>) -> f64;
+}
+
+/// An observation model for the readings of a run, with what it takes to find a start and to see
+/// whether the estimate makes sense.
+trait Model: Observation {
     /// The parameters that the points of a pair of arcs suggest, one for each side in the beams.
     fn starts(&self, points: &Points) -> [Option<Start>; 2];
 
@@ -101,9 +110,6 @@ trait Model {
 
     /// Variance of the bearing at which the first arc sees the feature.
     fn bearing_variance(&self, estimate: &Estimate, first: &Arc) -> f64;
-
-    /// Norm of a step with lengths in centimetres and angles in radians, as the paper adds them.
-    fn step_norm(step: Vector2<f64>) -> f64;
 }
 
 /// The estimate of (10) with its mean square error (12).
@@ -132,7 +138,7 @@ impl Estimate {
 
 /// Sum over the arcs of squared residuals, each divided by its variance; infinite where the model
 /// cannot predict.
-fn weighted_square_sum(model: &impl Model, parameters: Vector2<f64>, arcs: &[Arc]) -> f64 {
+fn weighted_square_sum(model: &impl Observation, parameters: Vector2<f64>, arcs: &[Arc]) -> f64 {
     arcs.iter()
         .map(|arc| match model.predict(parameters, arc) {
             Some((h, _)) => (arc.range - h) * (arc.range - h) / arc.variance,
@@ -143,7 +149,7 @@ fn weighted_square_sum(model: &impl Model, parameters: Vector2<f64>, arcs: &[Arc
 
 /// `J^T R^-1 J` and `J^T R^-1 (r - h)` at the given parameters, with `R = diag(sigma_i^2)`.
 fn normal_equations(
-    model: &impl Model,
+    model: &impl Observation,
     parameters: Vector2<f64>,
     arcs: &[Arc],
 ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
@@ -166,7 +172,7 @@ fn invert(information: Matrix2<f64>) -> Option<Matrix2<f64>> {
 
 /// Iterates (10) until the stopping rule holds: the paper's, or that of a fit to its end.
 fn iterate(
-    model: &impl Model,
+    model: &impl Observation,
     arcs: &[Arc],
     start: Vector2<f64>,
     to_the_end: bool,
@@ -213,11 +219,11 @@ fn iterate(
     })
 }
 
-fn norm_below_one<M: Model>(_: &M, step: Vector2<f64>) -> bool {
+fn norm_below_one<M: Observation>(_: &M, step: Vector2<f64>) -> bool {
     M::step_norm(step) < 1.0
 }
 
-fn residual_rms(model: &impl Model, parameters: Vector2<f64>, arcs: &[Arc]) -> f64 {
+fn residual_rms(model: &impl Observation, parameters: Vector2<f64>, arcs: &[Arc]) -> f64 {
     let squares = arcs
         .iter()
         .filter_map(|arc| model.predict(parameters, arc).map(|(h, _)| arc.range - h))

@@ -2,6 +2,7 @@
 
 mod ends;
 mod explained;
+mod gather;
 mod information;
 mod paper;
 
@@ -82,7 +83,7 @@ impl Map {
 
     /// The end of the log: a feature of a single run stays tentative if another one with more
     /// support looks like it or explains all its readings. Returns what changed.
-    pub fn settle(&mut self) -> Vec<MapFeature> {
+    pub fn settle(&mut self, arcs: &[Arc]) -> Vec<MapFeature> {
         let doubtful = |lone: &MapFeature, arcs: &[Arc]| {
             let stronger = |f: &&MapFeature| {
                 f.status == Status::Confirmed && f.runs > 1 && f.readings > lone.readings
@@ -103,13 +104,23 @@ impl Map {
                 ..*feature
             })
             .collect();
-        for changed in &settled {
+        self.put(&settled);
+        settled.extend(self.end_walls());
+        if self.departures.gather {
+            let gathered = gather::gather(&self.features, arcs, &self.bounds);
+            self.put(&gathered);
+            settled.extend(gathered);
+            settled.extend(self.end_walls());
+        }
+        settled
+    }
+
+    fn put(&mut self, changed: &[MapFeature]) {
+        for changed in changed {
             if let Some(feature) = self.features.iter_mut().find(|f| f.id == changed.id) {
                 *feature = *changed;
             }
         }
-        settled.extend(self.end_walls());
-        settled
     }
 
     /// Ends walls at the confirmed points on them.

@@ -50,11 +50,35 @@ impl Fit {
     }
 }
 
+/// How far from the end of a wall, as it was seen, a point on it is taken for its end: metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Beyond the end.
+    pub beyond: f64,
+    /// Before it; and what the point's covariance says.
+    pub before: f64,
+    /// Off the wall's line; and what the point's covariance says.
+    pub off: f64,
+}
+
+impl Reach {
+    /// Of walls that end at their corners: `max_wall_gap` metres beyond what was seen of them.
+    pub fn of(max_wall_gap: f64) -> Self {
+        Self {
+            beyond: max_wall_gap,
+            before: CORNER,
+            off: CORNER,
+        }
+    }
+}
+
 /// A wall from end to end, in coordinates along it.
 #[derive(Debug, Clone, PartialEq)]
 struct Wall {
     id: u32,
     segment: Segment,
+    normal: Vec2,
+    along: Vec2,
     low: f64,
     high: f64,
     /// Standard deviation of the two ends.
@@ -62,9 +86,8 @@ struct Wall {
 }
 
 impl Witness {
-    /// From the features of a map; walls reach `max_wall_gap` metres beyond what was seen of them,
-    /// if there is a corner.
-    pub fn new(features: &[MapFeature], max_wall_gap: f64) -> Self {
+    /// From the features of a map; walls reach as far as the corners on them.
+    pub fn new(features: &[MapFeature], reach: &Reach) -> Self {
         let confirmed = || features.iter().filter(|f| f.status == Status::Confirmed);
         let points: Vec<(u32, Point)> = confirmed()
             .filter_map(|f| match f.shape {
@@ -74,7 +97,7 @@ impl Witness {
             .collect();
         let walls = confirmed()
             .filter_map(|f| match f.shape {
-                Shape::Line(segment) => Some(Wall::new(f.id, segment, &points, max_wall_gap)),
+                Shape::Line(segment) => Some(Wall::new(f.id, segment, &points, reach)),
                 Shape::Point(_) => None,
             })
             .collect();
@@ -134,6 +157,45 @@ impl Witness {
     }
 }
 
+impl Witness {
+    /// Which features explain a reading, by their ids: every wall, and every point unless a wall
+    /// should have echoed first.
+    pub fn claims(&self, arc: &Arc) -> Claims {
+        let mut claims = Claims::default();
+        for wall in &self.walls {
+            if let Some(place) = wall.explains(arc) {
+                claims.any.push(wall.id);
+                match place {
+                    Place::On => claims.on_wall = true,
+                    Place::AtEnd => claims.near_end = true,
+                }
+            }
+        }
+        if !claims.on_wall {
+            let points = self.points.iter();
+            let explaining = points.filter(|(_, point)| misfit_of_point(point, arc).is_some());
+            claims.any.extend(explaining.map(|(id, _)| *id));
+        }
+        claims
+    }
+}
+
+impl Claims {
+    /// The one feature that should have echoed, and did within the noise; `None` where none did, or
+    /// where the pose does not tell which.
+    pub fn owner(&self) -> Option<u32> {
+        match self.any.as_slice() {
+            [id] if !self.near_end => Some(*id),
+            _ => None,
+        }
+    }
+
+    /// Every feature that explains the reading.
+    pub fn all(&self) -> &[u32] {
+        &self.any
+    }
+}
+
 impl Testimony {
     fn of(kind: Kind, feature: u32) -> Self {
         Self {
@@ -146,6 +208,14 @@ impl Testimony {
     }
 }
 
+/// Which features explain a reading.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Claims {
+    any: Vec<u32>,
+    on_wall: bool,
+    near_end: bool,
+}
+
 /// Where the perpendicular from a sensor meets a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
@@ -154,33 +224,46 @@ enum Place {
 }
 
 impl Wall {
-    fn new(id: u32, segment: Segment, points: &[(u32, Point)], max_wall_gap: f64) -> Self {
+    fn new(id: u32, segment: Segment, points: &[(u32, Point)], reach: &Reach) -> Self {
         let (normal, along) = (unit(segment.theta), unit(segment.theta + FRAC_PI_2));
         let middle = segment.mid.dot(&along);
         let (low, high) = (middle - segment.half_length, middle + segment.half_length);
-        let mut wall = Self {
+        let deviation =
+            |point: &Point, axis: &Vec2| axis.dot(&(point.covariance * axis)).max(0.0).sqrt();
+        // Places along the wall with their standard deviations.
+        let on_line: Vec<(f64, f64)> = points
+            .iter()
+            .map(|(_, point)| point)
+            .filter(|point| {
+                let off = (point.position.dot(&normal) - segment.rho).abs();
+                off <= reach.off + SIGMAS * deviation(point, &normal)
+            })
+            .map(|point| (point.position.dot(&along), deviation(point, &along)))
+            .collect();
+        // The one nearest to an end, `sign` times the way beyond it.
+        let nearest = |end: f64, sign: f64| {
+            on_line
+                .iter()
+                .filter(|(way, blur)| {
+                    let beyond = sign * (way - end);
+                    sign * (way - middle) > 0.0
+                        && beyond > -(reach.before + SIGMAS * blur)
+                        && beyond < reach.beyond
+                })
+                .min_by(|(a, _), (b, _)| (a - end).abs().total_cmp(&(b - end).abs()))
+                .copied()
+        };
+        let (low, blur_low) = nearest(low, -1.0).unwrap_or((low, 0.0));
+        let (high, blur_high) = nearest(high, 1.0).unwrap_or((high, 0.0));
+        Self {
             id,
             segment,
+            normal,
+            along,
             low,
             high,
-            blur: 0.0,
-        };
-        for (_, point) in points {
-            let off = (point.position.dot(&normal) - segment.rho).abs();
-            let spread = normal.dot(&(point.covariance * normal)).max(0.0).sqrt();
-            if off > CORNER + SIGMAS * spread {
-                continue;
-            }
-            let way = point.position.dot(&along);
-            let blur = along.dot(&(point.covariance * along)).max(0.0).sqrt();
-            let slack = CORNER + SIGMAS * blur;
-            if way > middle && way > high - slack && way < high + max_wall_gap {
-                (wall.high, wall.blur) = (way, wall.blur.max(blur));
-            } else if way < middle && way < low + slack && way > low - max_wall_gap {
-                (wall.low, wall.blur) = (way, wall.blur.max(blur));
-            }
+            blur: blur_low.max(blur_high),
         }
-        wall
     }
 
     /// Where the wall would have echoed the reading, if it did within the noise.
@@ -190,7 +273,7 @@ impl Wall {
         if misfit * misfit > SIGMAS * SIGMAS * variance || !arc.beam_holds(bearing) {
             return None;
         }
-        let way = arc.center().dot(&unit(self.segment.theta + FRAC_PI_2));
+        let way = arc.center().dot(&self.along);
         let slack = SIGMAS * self.blur;
         if way > self.low + slack && way < self.high - slack {
             Some(Place::On)
@@ -203,18 +286,21 @@ impl Wall {
 
     /// How far the reading is from the wall's line, and the bearing of its perpendicular.
     fn fit(&self, arc: &Arc) -> (Fit, f64) {
-        let (local, covariance) = self.segment.about(arc.center());
-        let (away, bearing) = if local.x < 0.0 {
-            (
-                -local.x,
-                wrap_angle(self.segment.theta + std::f64::consts::PI),
-            )
+        let center = arc.center();
+        let (away, way) = (
+            self.segment.rho - center.dot(&self.normal),
+            center.dot(&self.along),
+        );
+        let (away, bearing) = if away < 0.0 {
+            (-away, wrap_angle(self.segment.theta + std::f64::consts::PI))
         } else {
-            (local.x, self.segment.theta)
+            (away, self.segment.theta)
         };
+        let c = &self.segment.covariance;
+        let variance = c.m11 + way * (way * c.m22 - c.m12 - c.m21);
         let fit = Fit {
             misfit: arc.range - away,
-            variance: arc.variance + covariance.m11.max(0.0),
+            variance: arc.variance + variance.max(0.0),
         };
         (fit, bearing)
     }
@@ -223,11 +309,11 @@ impl Wall {
 /// Squared misfit of a point in standard deviations, where it explains the reading.
 fn misfit_of_point(point: &Point, arc: &Arc) -> Option<f64> {
     let towards: Vec2 = point.position - arc.center();
-    if towards.norm() <= 0.0 || !arc.beam_holds(direction(towards)) {
+    if towards.norm_squared() <= 0.0 {
         return None;
     }
     let misfit = fit_of_point(point, arc).chi2();
-    (misfit < SIGMAS * SIGMAS).then_some(misfit)
+    (misfit < SIGMAS * SIGMAS && arc.beam_holds(direction(towards))).then_some(misfit)
 }
 
 /// How far the reading is from a point; the sensor must not stand on it.

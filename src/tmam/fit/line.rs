@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, RowVector2, Vector2};
 
 use super::consistency::estimate;
 use super::start::Start;
-use super::{Demands, Estimate, Fit, Model};
+use super::{Demands, Estimate, Fit, Model, Observation};
 use crate::geometry::{Pose2, Vec2, direction, unit, wrap_angle};
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Rejection, Segment, Shape};
@@ -28,7 +28,7 @@ impl LocalLine {
     }
 }
 
-impl Model for LocalLine {
+impl Observation for LocalLine {
     fn predict(&self, parameters: Vector2<f64>, arc: &Arc) -> Option<(f64, RowVector2<f64>)> {
         let sensor = self.world_from_local.inverse_transform(arc.center());
         let normal = unit(parameters.y);
@@ -37,6 +37,12 @@ impl Model for LocalLine {
         Some((range, RowVector2::new(1.0, by_theta))) // (20)
     }
 
+    fn step_norm(step: Vector2<f64>) -> f64 {
+        Vector2::new(100.0 * step.x, step.y).norm()
+    }
+}
+
+impl Model for LocalLine {
     fn starts(&self, points: &Points) -> [Option<Start>; 2] {
         points.contact.map(|side| {
             side.map(|p| {
@@ -63,10 +69,6 @@ impl Model for LocalLine {
 
     fn bearing_variance(&self, estimate: &Estimate, _: &Arc) -> f64 {
         estimate.covariance.m22
-    }
-
-    fn step_norm(step: Vector2<f64>) -> f64 {
-        Vector2::new(100.0 * step.x, step.y).norm()
     }
 }
 

@@ -7,24 +7,43 @@ use nalgebra::{RowVector2, Vector2};
 
 use super::consistency::estimate;
 use super::start::Start;
-use super::{Demands, Estimate, Fit, Model};
+use super::{Demands, Estimate, Fit, Model, Observation};
 use crate::geometry::direction;
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Point, Rejection, Shape};
 use crate::tmam::pair::Points;
 
 /// Points over (x, y) in the world.
+pub(super) struct PointRanges;
+
+/// The same for the readings of a run.
 struct CartesianPoint {
     first: Arc,
 }
 
-impl Model for CartesianPoint {
+impl Observation for PointRanges {
     fn predict(&self, parameters: Vector2<f64>, arc: &Arc) -> Option<(f64, RowVector2<f64>)> {
         let from_sensor = parameters - arc.center();
         let range = from_sensor.norm(); // (7)
         (range > 0.0).then(|| (range, from_sensor.transpose() / range)) // (14), (15) by x and y
     }
 
+    fn step_norm(step: Vector2<f64>) -> f64 {
+        100.0 * step.norm()
+    }
+}
+
+impl Observation for CartesianPoint {
+    fn predict(&self, parameters: Vector2<f64>, arc: &Arc) -> Option<(f64, RowVector2<f64>)> {
+        PointRanges.predict(parameters, arc)
+    }
+
+    fn step_norm(step: Vector2<f64>) -> f64 {
+        PointRanges::step_norm(step)
+    }
+}
+
+impl Model for CartesianPoint {
     fn starts(&self, points: &Points) -> [Option<Start>; 2] {
         points
             .intersection
@@ -46,10 +65,6 @@ impl Model for CartesianPoint {
         let away = estimate.parameters - first.center();
         let across = Vector2::new(-away.y, away.x) / away.norm_squared().max(f64::MIN_POSITIVE);
         across.dot(&(estimate.covariance * across))
-    }
-
-    fn step_norm(step: Vector2<f64>) -> f64 {
-        100.0 * step.norm()
     }
 }
 
