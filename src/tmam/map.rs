@@ -128,22 +128,12 @@ impl Map {
         if !self.departures.end_at_corners {
             return Vec::new();
         }
-        let confirmed = self
-            .features
-            .iter()
-            .filter(|f| f.status == Status::Confirmed);
-        let points: Vec<Point> = confirmed
-            .filter_map(|feature| match feature.shape {
-                Shape::Point(point) => Some(point),
-                Shape::Line(_) => None,
-            })
-            .collect();
+        let points = confirmed_points(&self.features);
         let mut changed = Vec::new();
         for feature in &mut self.features {
-            if let Shape::Line(segment) = &feature.shape
-                && let Some(cut) = ends::cut_at(segment, &points)
-            {
-                feature.shape = Shape::Line(cut);
+            let cut = ends::cut(feature.shape, &points);
+            if cut != feature.shape {
+                feature.shape = cut;
                 changed.push(*feature);
             }
         }
@@ -241,6 +231,16 @@ pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
                 .any(|other| alike(other, feature, match_distance))
         })
         .count()
+}
+
+fn confirmed_points(features: &[MapFeature]) -> Vec<Point> {
+    let confirmed = features.iter().filter(|f| f.status == Status::Confirmed);
+    confirmed
+        .filter_map(|feature| match feature.shape {
+            Shape::Point(point) => Some(point),
+            Shape::Line(_) => None,
+        })
+        .collect()
 }
 
 fn alike(a: &MapFeature, b: &MapFeature, match_distance: f64) -> bool {

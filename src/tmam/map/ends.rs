@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::geometry::unit;
-use crate::tmam::feature::{Point, Segment};
+use crate::tmam::feature::{Point, Segment, Shape};
 
 /// A point this near to a wall's line is on it, metres; beyond what the covariances say.
 const ON_LINE: f64 = 0.02;
@@ -13,11 +13,19 @@ const SIGMAS: f64 = 3.0;
 /// ranges pass from a wall to its end so smoothly.
 const LONGEST_CUT: f64 = 0.5;
 /// The same as a share of the segment's length.
-const LARGEST_SHARE: f64 = 0.3;
+const LARGEST_SHARE: f64 = 0.4;
+
+/// A feature without what reaches beyond a point on its line near one of its ends.
+pub fn cut(shape: Shape, points: &[Point]) -> Shape {
+    match &shape {
+        Shape::Line(segment) => cut_at(segment, points).map_or(shape, Shape::Line),
+        Shape::Point(_) => shape,
+    }
+}
 
 /// The segment without what reaches beyond a point on its line near one of its ends; `None` where
 /// nothing does.
-pub fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
+fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
     let (normal, along) = (unit(segment.theta), unit(segment.theta + FRAC_PI_2));
     let middle = segment.mid.dot(&along);
     let length = 2.0 * segment.half_length;
