@@ -180,6 +180,8 @@ pub struct Departures {
     pub converge: bool,
     /// A run is accepted only if all its readings fit, but for a few outliers.
     pub reject_misfits: bool,
+    /// A run that does not fit as a whole is broken where its parts fit best.
+    pub break_runs: bool,
     /// A feature whose mirror image at the robot's path fits as well is not registered.
     pub reject_mirrored: bool,
     /// Features are fused by their information, matched by their Mahalanobis distance; not by means
@@ -341,6 +343,7 @@ impl Default for Departures {
             label_by_opinion: true,
             converge: true,
             reject_misfits: true,
+            break_runs: true,
             reject_mirrored: true,
             fuse_by_information: true,
             merge: true,
@@ -356,6 +359,7 @@ impl Departures {
         label_by_opinion: false,
         converge: false,
         reject_misfits: false,
+        break_runs: false,
         reject_mirrored: false,
         fuse_by_information: false,
         merge: false,

@@ -21,8 +21,8 @@ pub mod witness;
 use std::collections::BTreeMap;
 
 use arc::{Arc, ArcId};
-use feature::{Action, Extraction, Kind};
-use fit::{Demands, fit_line, fit_point};
+use feature::{Action, Extraction};
+use fit::{Demands, Fit, fit_in_parts, fit_run};
 use map::Map;
 use opinion::{Gate, Opinion};
 use run::Run;
@@ -114,21 +114,29 @@ impl Tmam {
     fn take(&mut self, progress: Progress, stream: &mut Stream, step: &mut Step) {
         step.verdicts.extend(progress.verdicts);
         for run in progress.closed {
-            let extraction = self.extract(run);
-            stream.note(&extraction);
-            step.extractions.push(extraction);
+            for (part, fit) in self.fit(run) {
+                let extraction = self.extract(part, fit);
+                stream.note(&extraction);
+                step.extractions.push(extraction);
+            }
         }
         step.judgements
             .extend(stream.complete(self.witness.as_ref()));
     }
 
-    /// Fits a feature to a closed run and fuses it into the map.
-    fn extract(&mut self, run: Run) -> Extraction {
+    /// Fits features to a closed run: one, or one to each of its parts.
+    fn fit(&self, run: Run) -> Vec<(Run, Fit)> {
         let demands = Demands::of(&self.config, &self.gate);
-        let fit = match run.kind {
-            Kind::Line => fit_line(&run.associated, &demands),
-            Kind::Point => fit_point(&run.associated, &demands),
-        };
+        if self.config.departures().break_runs {
+            fit_in_parts(run, &demands)
+        } else {
+            let fit = fit_run(&run, &demands);
+            vec![(run, fit)]
+        }
+    }
+
+    /// Fuses what was fitted to a run into the map.
+    fn extract(&mut self, run: Run, fit: Fit) -> Extraction {
         let used: Vec<Arc> = run
             .associated
             .iter()

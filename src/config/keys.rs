@@ -267,6 +267,12 @@ pub const KEYS: &[Key] = &[
         "a run counts only if all its readings fit, but for outliers",
     ),
     key(
+        "noise_aware.break_runs",
+        Plain,
+        Any,
+        "a run that does not fit is broken where its parts fit best",
+    ),
+    key(
         "noise_aware.reject_mirrored",
         Plain,
         Any,

@@ -2,10 +2,12 @@
 
 mod consistency;
 mod line;
+mod parts;
 mod point;
 mod start;
 
 pub use line::fit_line;
+pub use parts::{fit_in_parts, fit_run};
 pub use point::fit_point;
 
 use nalgebra::{Matrix2, RowVector2, Vector2};
