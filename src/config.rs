@@ -128,10 +128,12 @@ pub struct Triple {
 }
 
 /// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
-/// gives no variance, and on top of either what the pose adds.
+/// gives no variance (or one that is not trusted), and on top of either what the pose adds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Noise {
+    /// Whether a message's variance is taken where it gives one.
+    pub trust_variance: bool,
     /// Metres.
     pub sigma_abs: f64,
     /// Fraction of the range.
@@ -290,6 +292,7 @@ impl Default for Triple {
 impl Default for Noise {
     fn default() -> Self {
         Self {
+            trust_variance: true,
             sigma_abs: 0.01,
             sigma_rel: 0.0,
             sigma_pose: 0.0,
@@ -390,7 +393,7 @@ impl Noise {
     /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's;
     /// and the pose's.
     pub fn variance(&self, range: f64, reported: f64) -> f64 {
-        let measured = if reported > 0.0 && reported.is_finite() {
+        let measured = if self.trust_variance && reported > 0.0 && reported.is_finite() {
             reported
         } else {
             let relative = self.sigma_rel * range;

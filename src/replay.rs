@@ -9,6 +9,7 @@ use crate::frames::{Frame, Framer, Tally};
 use crate::log::Log;
 use crate::observer::{Observer, ObserverError, Setting, Source};
 use crate::odometry::Track;
+use crate::scatter::{Scattering, VarianceFrom};
 use crate::tmam::Tmam;
 use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
@@ -101,6 +102,10 @@ pub struct Outcome {
     pub reasons: BTreeMap<&'static str, u64>,
     /// Labelled arcs that their own readings contradict.
     pub suspects: u64,
+    /// How far the ranges of each sonar scatter.
+    pub scattering: Scattering,
+    /// Where their variance comes from.
+    pub variance_from: VarianceFrom,
     /// Readings that stand behind a registered or merged feature, each counted once.
     pub associated_readings: u64,
     /// Every closed run, in the order of extraction.
@@ -209,7 +214,10 @@ impl<'a> Replay<'a> {
         observers: &mut [&mut dyn Observer],
     ) -> Result<Outcome, ReplayError> {
         let mut tmam = Tmam::new(self.config).with_witness(witness);
-        let mut outcome = Outcome::default();
+        let mut outcome = Outcome {
+            variance_from: VarianceFrom::of(self.readings, self.config),
+            ..Outcome::default()
+        };
         let mut position = None;
         outcome.tally = self.frames(|frame| {
             let step = tmam.step(frame);
@@ -313,6 +321,7 @@ impl<'a> Replay<'a> {
 
 impl Outcome {
     fn take(&mut self, step: &Step) {
+        step.arcs.iter().for_each(|arc| self.scattering.push(arc));
         for verdict in &step.verdicts {
             *self.labels.entry(verdict.label.name()).or_default() += 1;
             if let Label::Unidentified(reason) = verdict.label {

@@ -54,6 +54,15 @@ pub fn problems(log: &Log, outcome: &Outcome) -> String {
             log.file
         );
     }
+    let scatter = outcome.scattering.overall();
+    if let Some(scatter) = scatter.filter(|s| s.ratio > 1.0 && !s.is_as_expected()) {
+        let _ = writeln!(
+            text,
+            "note: {}, so that readings which belong together seem not to; {}",
+            scatter.complaint(),
+            scatter.mend(outcome.variance_from)
+        );
+    }
     if outcome.tally.echoes == 0 {
         text.push_str(
             "warning: not one reading is an echo; look at range, min_range and max_range\n",

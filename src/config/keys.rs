@@ -183,6 +183,12 @@ pub const KEYS: &[Key] = &[
         "deg between the two base lines",
     ),
     key(
+        "noise.trust_variance",
+        Plain,
+        Any,
+        "take a message's variance where it gives one",
+    ),
+    key(
         "noise.sigma_abs",
         Plain,
         Above(0.0),
