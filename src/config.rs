@@ -127,13 +127,19 @@ pub struct Triple {
     pub bend_tolerance: f64,
 }
 
+/// Standard deviation of ranges of which nothing is known, metres.
+const SIGMA_UNKNOWN: f64 = 0.01;
+
 /// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
-/// gives no variance, and on top of either what the pose adds.
+/// gives no variance (or one that is not trusted), and on top of either what the pose adds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Noise {
-    /// Metres.
-    pub sigma_abs: f64,
+    /// Whether a message's variance is taken where it gives one.
+    pub trust_variance: bool,
+    /// Metres; measured from the ranges where it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_abs: Option<f64>,
     /// Fraction of the range.
     pub sigma_rel: f64,
     /// What the sensor's place from reading to reading is off by, metres: odometry and the clock.
@@ -180,6 +186,8 @@ pub struct Departures {
     pub converge: bool,
     /// A run is accepted only if all its readings fit, but for a few outliers.
     pub reject_misfits: bool,
+    /// A run that does not fit as a whole is broken where its parts fit best.
+    pub break_runs: bool,
     /// A feature whose mirror image at the robot's path fits as well is not registered.
     pub reject_mirrored: bool,
     /// Features are fused by their information, matched by their Mahalanobis distance; not by means
@@ -290,7 +298,8 @@ impl Default for Triple {
 impl Default for Noise {
     fn default() -> Self {
         Self {
-            sigma_abs: 0.01,
+            trust_variance: true,
+            sigma_abs: None,
             sigma_rel: 0.0,
             sigma_pose: 0.0,
         }
@@ -343,6 +352,7 @@ impl Default for Departures {
             label_by_opinion: true,
             converge: true,
             reject_misfits: true,
+            break_runs: true,
             reject_mirrored: true,
             fuse_by_information: true,
             merge: true,
@@ -359,6 +369,7 @@ impl Departures {
         label_by_opinion: false,
         converge: false,
         reject_misfits: false,
+        break_runs: false,
         reject_mirrored: false,
         fuse_by_information: false,
         merge: false,
@@ -390,11 +401,12 @@ impl Noise {
     /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's;
     /// and the pose's.
     pub fn variance(&self, range: f64, reported: f64) -> f64 {
-        let measured = if reported > 0.0 && reported.is_finite() {
+        let measured = if self.trust_variance && reported > 0.0 && reported.is_finite() {
             reported
         } else {
             let relative = self.sigma_rel * range;
-            self.sigma_abs * self.sigma_abs + relative * relative
+            let absolute = self.sigma_abs.unwrap_or(SIGMA_UNKNOWN);
+            absolute * absolute + relative * relative
         };
         measured + self.sigma_pose * self.sigma_pose
     }

@@ -16,6 +16,7 @@ pub(crate) mod tables;
 pub mod text;
 pub mod trial;
 
+use crate::event::SonarId;
 use crate::log::LogError;
 use crate::log::survey::Survey;
 use channels::ChannelFacts;
@@ -89,6 +90,14 @@ impl Info {
         } else {
             Trial::run(&log, config, odometry.as_ref())
         };
+        if let Some(outcome) = &trial.outcome {
+            for sonar in &mut sonars {
+                let id = (log.events.sonars.iter()).position(|s| s.name == sonar.name);
+                let id = id.and_then(|id| u16::try_from(id).ok()).map(SonarId);
+                let scatter = id.and_then(|id| outcome.scattering.of(id));
+                sonar.scatter = scatter.map(|scatter| scatter.sigma);
+            }
+        }
         let verdict = match (
             &trial.outcome,
             obstacles.is_empty(),

@@ -9,7 +9,9 @@ use crate::frames::{Frame, Framer, Tally};
 use crate::log::Log;
 use crate::observer::{Observer, ObserverError, Setting, Source};
 use crate::odometry::Track;
+use crate::scatter::{Scattering, VarianceFrom};
 use crate::tmam::Tmam;
+use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
 use crate::tmam::triple::Label;
@@ -80,7 +82,8 @@ pub enum ReplayError {
 #[derive(Debug)]
 pub struct Replay<'a> {
     log: &'a Log,
-    config: &'a Config,
+    config: Config,
+    variance_from: VarianceFrom,
     source: Source,
     readings: &'a [RangeReading],
     selected: Vec<bool>,
@@ -101,6 +104,10 @@ pub struct Outcome {
     pub reasons: BTreeMap<&'static str, u64>,
     /// Labelled arcs that their own readings contradict.
     pub suspects: u64,
+    /// How far the ranges of each sonar scatter.
+    pub scattering: Scattering,
+    /// Where their variance comes from.
+    pub variance_from: VarianceFrom,
     /// Readings that stand behind a registered or merged feature, each counted once.
     pub associated_readings: u64,
     /// Every closed run, in the order of extraction.
@@ -155,20 +162,39 @@ impl<'a> Replay<'a> {
             complete: log.losses.is_empty(),
             lost: log.losses.clone(),
         };
-        Ok(Self {
+        let mut replay = Self {
             log,
-            config,
+            config: config.clone(),
+            variance_from: VarianceFrom::of(readings, config),
             source,
             readings,
             selected,
-        })
+        };
+        if replay.variance_from == VarianceFrom::Ranges {
+            let scatter = replay.scattering().overall();
+            replay.config.noise.sigma_abs = scatter.map(|scatter| scatter.believed());
+        }
+        Ok(replay)
+    }
+
+    /// How far the ranges scatter.
+    fn scattering(&self) -> Scattering {
+        let mut scattering = Scattering::default();
+        // Nothing here can fail.
+        let _ = self.frames(|frame| {
+            let arcs = (frame.entries.iter())
+                .filter_map(|entry| Arc::of_entry(frame.index, entry, &self.config.noise));
+            arcs.for_each(|arc| scattering.push(&arc));
+            Ok(())
+        });
+        scattering
     }
 
     /// What stands fixed before the first frame.
     pub fn setting(&self) -> Setting<'_> {
         Setting {
             sonars: &self.log.events.sonars,
-            config: self.config,
+            config: &self.config,
             source: &self.source,
         }
     }
@@ -177,6 +203,11 @@ impl<'a> Replay<'a> {
     pub fn origin_ns(&self) -> i64 {
         let first = self.log.events.readings.first();
         first.map_or(0, |reading| reading.stamp_ns)
+    }
+
+    /// Every parameter in use, measured ones included.
+    pub fn config(&self) -> &Config {
+        &self.config
     }
 
     /// The log.
@@ -208,8 +239,11 @@ impl<'a> Replay<'a> {
         witness: Witness,
         observers: &mut [&mut dyn Observer],
     ) -> Result<Outcome, ReplayError> {
-        let mut tmam = Tmam::new(self.config).with_witness(witness);
-        let mut outcome = Outcome::default();
+        let mut tmam = Tmam::new(&self.config).with_witness(witness);
+        let mut outcome = Outcome {
+            variance_from: self.variance_from,
+            ..Outcome::default()
+        };
         let mut position = None;
         outcome.tally = self.frames(|frame| {
             let step = tmam.step(frame);
@@ -313,6 +347,7 @@ impl<'a> Replay<'a> {
 
 impl Outcome {
     fn take(&mut self, step: &Step) {
+        step.arcs.iter().for_each(|arc| self.scattering.push(arc));
         for verdict in &step.verdicts {
             *self.labels.entry(verdict.label.name()).or_default() += 1;
             if let Label::Unidentified(reason) = verdict.label {

@@ -20,9 +20,9 @@ pub mod witness;
 
 use std::collections::BTreeMap;
 
-use arc::{Arc, ArcId};
-use feature::{Action, Extraction, Kind};
-use fit::{Demands, fit_line, fit_point};
+use arc::Arc;
+use feature::{Action, Extraction};
+use fit::{Demands, Fit, fit_in_parts, fit_run};
 use map::Map;
 use opinion::{Gate, Opinion};
 use run::Run;
@@ -32,7 +32,7 @@ use witness::Witness;
 
 use crate::config::Config;
 use crate::event::SonarId;
-use crate::frames::{Entry, Frame};
+use crate::frames::Frame;
 
 /// The machine: what it remembers of each sonar, and the map so far.
 #[derive(Debug, Clone)]
@@ -78,7 +78,7 @@ impl Tmam {
     pub fn step(&mut self, frame: &Frame) -> Step {
         let mut step = Step::default();
         for entry in &frame.entries {
-            let arc = self.arc(frame.index, entry);
+            let arc = Arc::of_entry(frame.index, entry, &self.config.noise);
             step.arcs.extend(arc);
             if self.config.departures().gather {
                 self.arcs.extend(arc);
@@ -102,39 +102,32 @@ impl Tmam {
         step
     }
 
-    fn arc(&self, frame: u32, entry: &Entry) -> Option<Arc> {
-        let echo = entry.echo?;
-        Some(Arc {
-            id: ArcId {
-                frame,
-                sonar: entry.sonar,
-            },
-            stamp_ns: entry.stamp_ns,
-            world_from_sensor: entry.world_from_sensor,
-            range: echo.range,
-            beam_width: entry.beam_width,
-            variance: self.config.noise.variance(echo.range, echo.variance),
-        })
-    }
-
     fn take(&mut self, progress: Progress, stream: &mut Stream, step: &mut Step) {
         step.verdicts.extend(progress.verdicts);
         for run in progress.closed {
-            let extraction = self.extract(run);
-            stream.note(&extraction);
-            step.extractions.push(extraction);
+            for (part, fit) in self.fit(run) {
+                let extraction = self.extract(part, fit);
+                stream.note(&extraction);
+                step.extractions.push(extraction);
+            }
         }
         step.judgements
             .extend(stream.complete(self.witness.as_ref()));
     }
 
-    /// Fits a feature to a closed run and fuses it into the map.
-    fn extract(&mut self, run: Run) -> Extraction {
+    /// Fits features to a closed run: one, or one to each of its parts.
+    fn fit(&self, run: Run) -> Vec<(Run, Fit)> {
         let demands = Demands::of(&self.config, &self.gate);
-        let fit = match run.kind {
-            Kind::Line => fit_line(&run.associated, &demands),
-            Kind::Point => fit_point(&run.associated, &demands),
-        };
+        if self.config.departures().break_runs {
+            fit_in_parts(run, &demands)
+        } else {
+            let fit = fit_run(&run, &demands);
+            vec![(run, fit)]
+        }
+    }
+
+    /// Fuses what was fitted to a run into the map.
+    fn extract(&mut self, run: Run, fit: Fit) -> Extraction {
         let used: Vec<Arc> = run
             .associated
             .iter()

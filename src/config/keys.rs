@@ -183,10 +183,16 @@ pub const KEYS: &[Key] = &[
         "deg between the two base lines",
     ),
     key(
+        "noise.trust_variance",
+        Plain,
+        Any,
+        "take a message's variance where it gives one",
+    ),
+    key(
         "noise.sigma_abs",
         Plain,
         Above(0.0),
-        "m; used where a message gives no variance",
+        "m; where a message gives no variance; default: measured from the ranges",
     ),
     key(
         "noise.sigma_rel",
@@ -265,6 +271,12 @@ pub const KEYS: &[Key] = &[
         Plain,
         Any,
         "a run counts only if all its readings fit, but for outliers",
+    ),
+    key(
+        "noise_aware.break_runs",
+        Plain,
+        Any,
+        "a run that does not fit is broken where its parts fit best",
     ),
     key(
         "noise_aware.reject_mirrored",

@@ -3,6 +3,7 @@
 mod labels;
 mod log;
 mod motion;
+mod noise;
 mod obstacles;
 mod sonars;
 
@@ -65,6 +66,7 @@ pub fn findings(info: &Info, obstacles: &[LogError], notes: &[String]) -> Vec<Fi
     motion::findings(info, &mut findings);
     log::clocks(info, &mut findings);
     sonars::findings(info, &mut findings);
+    noise::findings(info, &mut findings);
     labels::findings(info, &mut findings);
     log::notes(info, notes, &mut findings);
     findings.sort_by_key(|finding| finding.weight);

@@ -66,6 +66,9 @@ pub struct SonarFacts {
     /// Way of the sensor from one reading to the next while it moves, in the middle of all, metres.
     #[serde(serialize_with = "optional")]
     pub baseline: Option<f64>,
+    /// How far its ranges scatter while it passes walls, standard deviation, metres.
+    #[serde(serialize_with = "optional")]
+    pub scatter: Option<f64>,
     /// Neighbouring readings that lie farther apart than `sequence` allows.
     pub too_far_apart: u64,
 }
@@ -162,6 +165,7 @@ fn facts(sonar: &Sonar, readings: &[Placed<'_>], config: &Config) -> Option<Sona
         moved,
         repeats,
         baseline: baseline(readings),
+        scatter: None,
         too_far_apart: too_far_apart(readings, config),
     })
 }

@@ -125,6 +125,7 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
             "median",
             "longest",
             "step mm",
+            "noise mm",
             "repeats %",
             "apart m",
         ],
@@ -146,6 +147,9 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
             optional(sonar.median, 2),
             optional(sonar.longest, 2),
             step,
+            sonar
+                .scatter
+                .map_or_else(|| "-".to_owned(), |s| fixed(s * 1e3, 1)),
             if sonar.moved > 0 {
                 format!("{:.0}", 100.0 * sonar.repeated())
             } else {
@@ -156,7 +160,8 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
     }
     let mut text = render(&table);
     text.push_str(
-        "  step: raster of the ranges; repeats: the same echo again although the sensor moved;\n  \
+        "  step: raster of the ranges; noise: how far they scatter along walls, standard deviation;\n  \
+         repeats: the same echo again although the sensor moved;\n  \
          apart: from one reading to the next while moving\n",
     );
     text

@@ -141,6 +141,16 @@ impl Status {
     }
 }
 
+impl Shape {
+    /// How far it is from a place in the world, metres.
+    pub fn distance(&self, place: Vec2) -> f64 {
+        match self {
+            Self::Line(segment) => (segment.rho - place.dot(&unit(segment.theta))).abs(),
+            Self::Point(point) => (point.position - place).norm(),
+        }
+    }
+}
+
 impl Segment {
     /// The line seen from a place in the world: its distance from there along its normal (negative
     /// behind), its theta, and the covariance over the two.

@@ -2,11 +2,13 @@
 
 mod consistency;
 mod line;
+mod parts;
 mod point;
 mod refit;
 mod start;
 
 pub use line::fit_line;
+pub use parts::{fit_in_parts, fit_run};
 pub use point::fit_point;
 pub use refit::refit;
 

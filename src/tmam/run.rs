@@ -64,6 +64,19 @@ impl Runs {
 }
 
 impl Run {
+    /// The run before its associated arc `at`, and from it on: each with its share of the labels.
+    pub fn broken_at(&self, at: usize) -> (Self, Self) {
+        let (before, after) = self.associated.split_at(at.min(self.associated.len()));
+        let part = |arcs: &[Arc]| Self {
+            kind: self.kind,
+            labelled: (self.labelled.iter().copied())
+                .filter(|id| arcs.iter().any(|arc| arc.id == *id))
+                .collect(),
+            associated: arcs.to_vec(),
+        };
+        (part(before), part(after))
+    }
+
     /// Whether a later window shares readings with the run.
     fn reached_by(&self, window: &[Arc]) -> bool {
         match (window.first(), self.associated.last()) {
