@@ -127,6 +127,9 @@ pub struct Triple {
     pub bend_tolerance: f64,
 }
 
+/// Standard deviation of ranges of which nothing is known, metres.
+const SIGMA_UNKNOWN: f64 = 0.01;
+
 /// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
 /// gives no variance (or one that is not trusted), and on top of either what the pose adds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -134,8 +137,9 @@ pub struct Triple {
 pub struct Noise {
     /// Whether a message's variance is taken where it gives one.
     pub trust_variance: bool,
-    /// Metres.
-    pub sigma_abs: f64,
+    /// Metres; measured from the ranges where it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_abs: Option<f64>,
     /// Fraction of the range.
     pub sigma_rel: f64,
     /// What the sensor's place from reading to reading is off by, metres: odometry and the clock.
@@ -293,7 +297,7 @@ impl Default for Noise {
     fn default() -> Self {
         Self {
             trust_variance: true,
-            sigma_abs: 0.01,
+            sigma_abs: None,
             sigma_rel: 0.0,
             sigma_pose: 0.0,
         }
@@ -397,7 +401,8 @@ impl Noise {
             reported
         } else {
             let relative = self.sigma_rel * range;
-            self.sigma_abs * self.sigma_abs + relative * relative
+            let absolute = self.sigma_abs.unwrap_or(SIGMA_UNKNOWN);
+            absolute * absolute + relative * relative
         };
         measured + self.sigma_pose * self.sigma_pose
     }

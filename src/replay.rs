@@ -11,6 +11,7 @@ use crate::observer::{Observer, ObserverError, Setting, Source};
 use crate::odometry::Track;
 use crate::scatter::{Scattering, VarianceFrom};
 use crate::tmam::Tmam;
+use crate::tmam::arc::Arc;
 use crate::tmam::feature::{Action, Extraction, MapFeature};
 use crate::tmam::step::Step;
 use crate::tmam::triple::Label;
@@ -81,7 +82,8 @@ pub enum ReplayError {
 #[derive(Debug)]
 pub struct Replay<'a> {
     log: &'a Log,
-    config: &'a Config,
+    config: Config,
+    variance_from: VarianceFrom,
     source: Source,
     readings: &'a [RangeReading],
     selected: Vec<bool>,
@@ -160,20 +162,39 @@ impl<'a> Replay<'a> {
             complete: log.losses.is_empty(),
             lost: log.losses.clone(),
         };
-        Ok(Self {
+        let mut replay = Self {
             log,
-            config,
+            config: config.clone(),
+            variance_from: VarianceFrom::of(readings, config),
             source,
             readings,
             selected,
-        })
+        };
+        if replay.variance_from == VarianceFrom::Ranges {
+            let scatter = replay.scattering().overall();
+            replay.config.noise.sigma_abs = scatter.map(|scatter| scatter.believed());
+        }
+        Ok(replay)
+    }
+
+    /// How far the ranges scatter.
+    fn scattering(&self) -> Scattering {
+        let mut scattering = Scattering::default();
+        // Nothing here can fail.
+        let _ = self.frames(|frame| {
+            let arcs = (frame.entries.iter())
+                .filter_map(|entry| Arc::of_entry(frame.index, entry, &self.config.noise));
+            arcs.for_each(|arc| scattering.push(&arc));
+            Ok(())
+        });
+        scattering
     }
 
     /// What stands fixed before the first frame.
     pub fn setting(&self) -> Setting<'_> {
         Setting {
             sonars: &self.log.events.sonars,
-            config: self.config,
+            config: &self.config,
             source: &self.source,
         }
     }
@@ -182,6 +203,11 @@ impl<'a> Replay<'a> {
     pub fn origin_ns(&self) -> i64 {
         let first = self.log.events.readings.first();
         first.map_or(0, |reading| reading.stamp_ns)
+    }
+
+    /// Every parameter in use, measured ones included.
+    pub fn config(&self) -> &Config {
+        &self.config
     }
 
     /// The log.
@@ -213,9 +239,9 @@ impl<'a> Replay<'a> {
         witness: Witness,
         observers: &mut [&mut dyn Observer],
     ) -> Result<Outcome, ReplayError> {
-        let mut tmam = Tmam::new(self.config).with_witness(witness);
+        let mut tmam = Tmam::new(&self.config).with_witness(witness);
         let mut outcome = Outcome {
-            variance_from: VarianceFrom::of(self.readings, self.config),
+            variance_from: self.variance_from,
             ..Outcome::default()
         };
         let mut position = None;

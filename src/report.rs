@@ -8,6 +8,7 @@ use crate::config::Rule;
 use crate::log::{Log, itemised};
 use crate::observer::Setting;
 use crate::replay::Outcome;
+use crate::scatter::VarianceFrom;
 use crate::tmam::feature::{Action, Kind, MapFeature, Status};
 use crate::tmam::map::duplicates;
 
@@ -123,6 +124,11 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
             outcome.suspects,
             "labels that are contradicted: tmam explain --suspects says by what",
         )?;
+    }
+    let measured = outcome.variance_from == VarianceFrom::Ranges;
+    if let Some(sigma) = setting.config.noise.sigma_abs.filter(|_| measured) {
+        let what = "measured from the ranges; noise.sigma_abs overrules it";
+        writeln!(text, "{:<10} {:>4.1} mm  {what}", "noise", sigma * 1e3)?;
     }
     write_features(text, setting, outcome)
 }

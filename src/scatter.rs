@@ -1,30 +1,39 @@
 //! How far the ranges scatter, told by the ranges themselves.
 //!
-//! While a robot drives past a wall, a range is the mean of its two neighbours, but for the noise.
-//! Whatever else echoes leaves more than that, never less, so a low quantile of what is left
-//! measures the noise as long as a good part of the arcs belongs to walls.
+//! While a robot drives past a wall or a corner, four ranges in a row lie on a parabola, but for the
+//! noise. Where they come from different targets they are farther off, never nearer, so a low
+//! quantile of what is left measures the noise as long as most neighbours share a target.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::RangeInclusive;
 
 use crate::config::Config;
 use crate::event::{RangeReading, SonarId};
 use crate::geometry::angle_between;
 use crate::tmam::arc::Arc;
 
-/// A sensor that turned by more than this over three arcs may see something else, radians.
+/// A sensor that turned by more than this over four arcs may see something else, radians.
 const MOST_TURN: f64 = 0.035;
 /// Sensors closer than this say nothing of the noise: drivers repeat what they measured, metres.
 const SHORTEST: f64 = 0.02;
-/// Over longer ways than this few walls are straight, metres.
+/// Over longer ways than this targets change, metres.
 const LONGEST: f64 = 1.0;
-/// The share of the smallest deviations that is looked at, and its place in units of sigma: the
-/// absolute value of a normal deviate lies below 0.3186 sigma with this probability.
-const SHARE: f64 = 0.25;
-const SHARE_IN_SIGMAS: f64 = 0.318_639_363_96;
+/// The share of the smallest deviations that is looked at, and its end in units of sigma: the
+/// absolute value of a normal deviate lies below it with this probability.
+const SHARE: f64 = 1.0 / 3.0;
+const SHARE_IN_SIGMAS: f64 = 0.430_727_3;
 /// Fewer deviations than this mean nothing.
-const ENOUGH: usize = 30;
+const ENOUGH: usize = 50;
+/// Ranges come as 32-bit numbers; what lies closer together than this is dust, metres.
+const DUST: f64 = 2e-6;
+/// This share of ranges, or more, has an equal if they are on a raster that is worth the name.
+const EQUAL_ON_RASTER: f64 = 0.3;
+/// Rounding to a raster is noise of the raster over the square root of twelve.
+const ROUNDING: f64 = 3.464_101_615;
+/// Noise that is measured lies in here, metres: finer is not believed, coarser no sonar.
+const BELIEVED: RangeInclusive<f64> = 1e-3..=0.1;
 /// Noise within these factors of what it is taken to be is as expected.
-const AS_EXPECTED: std::ops::RangeInclusive<f64> = 0.4..=2.0;
+const AS_EXPECTED: RangeInclusive<f64> = 0.4..=2.0;
 
 /// Noise as measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +49,11 @@ impl Scatter {
     /// Whether the noise is taken to be what it is, within a factor of about two.
     pub fn is_as_expected(&self) -> bool {
         AS_EXPECTED.contains(&self.ratio)
+    }
+
+    /// What the noise is to be taken for, metres.
+    pub fn believed(&self) -> f64 {
+        self.sigma.clamp(*BELIEVED.start(), *BELIEVED.end())
     }
 
     /// What is wrong, in words.
@@ -58,7 +72,9 @@ impl Scatter {
         };
         let sigma = digits(self.sigma);
         match variance {
-            VarianceFrom::Configuration => format!("set noise.sigma_abs = {sigma}"),
+            VarianceFrom::Configuration | VarianceFrom::Ranges => {
+                format!("set noise.sigma_abs = {sigma}")
+            }
             VarianceFrom::Messages if self.ratio > 1.0 => {
                 let rest = (1.0 - 1.0 / (self.ratio * self.ratio)).max(0.0).sqrt();
                 format!(
@@ -83,14 +99,19 @@ pub enum VarianceFrom {
     Configuration,
     /// The messages themselves.
     Messages,
+    /// It is measured.
+    Ranges,
 }
 
 impl VarianceFrom {
     /// Of a log's readings under a configuration.
     pub fn of(readings: &[RangeReading], config: &Config) -> Self {
         let given = |reading: &RangeReading| reading.variance > 0.0;
-        if config.noise.trust_variance && readings.iter().any(given) {
+        let noise = &config.noise;
+        if noise.trust_variance && readings.iter().all(given) {
             Self::Messages
+        } else if noise.sigma_abs.is_none() {
+            Self::Ranges
         } else {
             Self::Configuration
         }
@@ -105,64 +126,99 @@ pub struct Scattering {
 
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Sonar {
-    last: Option<(Arc, Option<Arc>)>,
-    /// In metres, and in standard deviations.
+    /// The newest arcs.
+    last: VecDeque<Arc>,
+    /// Of four arcs each, in metres and in standard deviations.
     deviations: Vec<(f64, f64)>,
+    ranges: Vec<f64>,
 }
 
 impl Scattering {
     /// Takes the next arc of its sonar.
     pub fn push(&mut self, arc: &Arc) {
         let sonar = self.sonars.entry(arc.id.sonar).or_default();
-        if let Some((middle, Some(first))) = &sonar.last {
-            sonar.deviations.extend(deviation(first, middle, arc));
+        sonar.ranges.push(arc.range);
+        sonar.last.push_back(*arc);
+        let newest = sonar.last.make_contiguous();
+        if let [first, second, third, fourth] = newest {
+            sonar
+                .deviations
+                .extend(deviation([first, second, third, fourth]));
+            sonar.last.pop_front();
         }
-        sonar.last = Some((*arc, sonar.last.map(|(last, _)| last)));
     }
 
     /// The noise of one sonar; `None` where too little tells of it.
     pub fn of(&self, sonar: SonarId) -> Option<Scatter> {
-        scatter(self.sonars.get(&sonar)?.deviations.iter())
+        scatter(std::iter::once(self.sonars.get(&sonar)?))
     }
 
     /// The noise of all sonars together.
     pub fn overall(&self) -> Option<Scatter> {
-        scatter(self.sonars.values().flat_map(|sonar| &sonar.deviations))
+        scatter(self.sonars.values())
     }
 }
 
-/// How far the middle one of three arcs is from what the others foretell, in metres and in standard
-/// deviations; `None` where they foretell nothing.
-fn deviation(first: &Arc, middle: &Arc, last: &Arc) -> Option<(f64, f64)> {
+/// How far four arcs in a row are from any parabola, in metres and in standard deviations; `None`
+/// where they were not measured in passing.
+fn deviation(arcs: [&Arc; 4]) -> Option<(f64, f64)> {
+    let [first, second, third, last] = arcs;
     let turned = angle_between(first.world_from_sensor.yaw, last.world_from_sensor.yaw);
-    let before = (middle.center() - first.center()).norm();
-    let after = (last.center() - middle.center()).norm();
-    let apart = before.min(after) >= SHORTEST && before + after <= LONGEST;
-    if turned > MOST_TURN || !apart {
+    let apart = |a: &Arc, b: &Arc| (b.center() - a.center()).norm();
+    let steps = [
+        apart(first, second),
+        apart(second, third),
+        apart(third, last),
+    ];
+    let along = steps.iter().sum::<f64>();
+    if turned > MOST_TURN || along > LONGEST || steps.iter().any(|step| *step < SHORTEST) {
         return None;
     }
-    let share = before / (before + after);
-    let off = (middle.range - first.range * (1.0 - share) - last.range * share).abs();
-    let weigh = |of: fn(&Arc) -> f64| {
-        let neighbours = (1.0 - share) * (1.0 - share) * of(first) + share * share * of(last);
-        (of(middle) + neighbours).sqrt()
-    };
-    Some((off / weigh(|_| 1.0), off / weigh(|arc| arc.variance)))
+    let ways = [0.0, steps[0], steps[0] + steps[1], along];
+    let (mut off, mut squares, mut variance) = (0.0, 0.0, 0.0);
+    for (arc, way) in arcs.iter().zip(ways) {
+        // The weights of the third divided difference.
+        let others = ways.iter().filter(|other| **other != way);
+        let weight = 1.0 / others.map(|other| way - other).product::<f64>();
+        off += weight * arc.range;
+        squares += weight * weight;
+        variance += weight * weight * arc.variance;
+    }
+    Some((off.abs() / squares.sqrt(), off.abs() / variance.sqrt()))
 }
 
-fn scatter<'a>(deviations: impl Iterator<Item = &'a (f64, f64)>) -> Option<Scatter> {
+fn scatter<'a>(sonars: impl Iterator<Item = &'a Sonar> + Clone) -> Option<Scatter> {
+    let deviations = sonars.clone().flat_map(|sonar| &sonar.deviations);
     let (metres, sigmas): (Vec<f64>, Vec<f64>) = deviations.copied().unzip();
-    let sigma = quantile(metres)? / SHARE_IN_SIGMAS;
-    let ratio = quantile(sigmas)? / SHARE_IN_SIGMAS;
-    Some(Scatter { sigma, ratio })
-}
-
-fn quantile(mut deviations: Vec<f64>) -> Option<f64> {
-    if deviations.len() < ENOUGH {
+    if metres.len() < ENOUGH {
         return None;
     }
-    let at = (SHARE * deviations.len() as f64) as usize;
-    let (_, value, _) = deviations.select_nth_unstable_by(at, f64::total_cmp);
+    let raster = raster(sonars.flat_map(|sonar| &sonar.ranges).copied().collect());
+    let sigma = quantile(metres, SHARE)? / SHARE_IN_SIGMAS;
+    let ratio = quantile(sigmas, SHARE)? / SHARE_IN_SIGMAS;
+    Some(Scatter {
+        sigma: sigma.max(raster / ROUNDING),
+        ratio,
+    })
+}
+
+/// The raster of ranges; 0 where they are on none.
+fn raster(mut ranges: Vec<f64>) -> f64 {
+    ranges.sort_by(f64::total_cmp);
+    let gaps = ranges.array_windows().map(|[a, b]| b - a);
+    let (apart, equal): (Vec<f64>, Vec<f64>) = gaps.partition(|gap| *gap > DUST);
+    if (equal.len() as f64) < EQUAL_ON_RASTER * ranges.len() as f64 {
+        return 0.0;
+    }
+    quantile(apart, 0.05).unwrap_or(0.0)
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    let at = (share * values.len() as f64) as usize;
+    if at >= values.len() {
+        return None;
+    }
+    let (_, value, _) = values.select_nth_unstable_by(at, f64::total_cmp);
     Some(*value)
 }
 
@@ -197,6 +253,18 @@ mod tests {
             assert!((scatter.ratio / ratio - 1.0).abs() < 0.1, "{scatter:?}");
             assert_eq!(scatter.is_as_expected(), noise == SIGMA);
         }
+    }
+
+    #[test]
+    fn noise_is_not_finer_than_the_raster() {
+        let mut scattering = Scattering::default();
+        for k in 0..200 {
+            let x = 0.1 * f64::from(k);
+            let range = libm::round((2.0 + 0.004 * x) * 50.0) / 50.0;
+            scattering.push(&arc(k, Vec2::new(x, 0.0), 1.5, range));
+        }
+        let sigma = scattering.overall().unwrap().sigma;
+        assert!((sigma - 0.02 / 12.0_f64.sqrt()).abs() < 1e-6, "{sigma}");
     }
 
     #[test]

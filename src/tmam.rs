@@ -20,7 +20,7 @@ pub mod witness;
 
 use std::collections::BTreeMap;
 
-use arc::{Arc, ArcId};
+use arc::Arc;
 use feature::{Action, Extraction};
 use fit::{Demands, Fit, fit_in_parts, fit_run};
 use map::Map;
@@ -32,7 +32,7 @@ use witness::Witness;
 
 use crate::config::Config;
 use crate::event::SonarId;
-use crate::frames::{Entry, Frame};
+use crate::frames::Frame;
 
 /// The machine: what it remembers of each sonar, and the map so far.
 #[derive(Debug, Clone)]
@@ -75,7 +75,7 @@ impl Tmam {
     pub fn step(&mut self, frame: &Frame) -> Step {
         let mut step = Step::default();
         for entry in &frame.entries {
-            let arc = self.arc(frame.index, entry);
+            let arc = Arc::of_entry(frame.index, entry, &self.config.noise);
             step.arcs.extend(arc);
             let mut stream = self.streams.remove(&entry.sonar).unwrap_or_default();
             let progress = stream.push(arc, &self.config, &self.gate);
@@ -94,21 +94,6 @@ impl Tmam {
         }
         step.settled = self.map.settle();
         step
-    }
-
-    fn arc(&self, frame: u32, entry: &Entry) -> Option<Arc> {
-        let echo = entry.echo?;
-        Some(Arc {
-            id: ArcId {
-                frame,
-                sonar: entry.sonar,
-            },
-            stamp_ns: entry.stamp_ns,
-            world_from_sensor: entry.world_from_sensor,
-            range: echo.range,
-            beam_width: entry.beam_width,
-            variance: self.config.noise.variance(echo.range, echo.variance),
-        })
     }
 
     fn take(&mut self, progress: Progress, stream: &mut Stream, step: &mut Step) {

@@ -192,7 +192,7 @@ pub const KEYS: &[Key] = &[
         "noise.sigma_abs",
         Plain,
         Above(0.0),
-        "m; used where a message gives no variance",
+        "m; where a message gives no variance; default: measured from the ranges",
     ),
     key(
         "noise.sigma_rel",

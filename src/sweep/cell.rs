@@ -48,6 +48,8 @@ pub struct Runner<'a> {
     gathered: Gathered,
     /// Where every cell has the same.
     log: Option<Log>,
+    /// What the ranges' noise is taken to be where no axis says it.
+    sigma_abs: Option<f64>,
     has_truth: bool,
     about: About,
 }
@@ -75,6 +77,11 @@ impl<'a> Runner<'a> {
             about.losses.clone_from(&log.losses);
             know_sonars(axes, log)?;
         }
+        // Chi2 compares only where all cells take the ranges to be equally precise.
+        let sigma_abs = log.as_ref().and_then(|log| {
+            let replay = Replay::new(log, first).ok()?;
+            replay.config().noise.sigma_abs
+        });
         if axes.iter().any(Axis::is_of_log) {
             log = None;
         }
@@ -82,6 +89,7 @@ impl<'a> Runner<'a> {
             plan,
             gathered,
             log,
+            sigma_abs,
             has_truth,
             about,
         })
@@ -100,7 +108,8 @@ impl<'a> Runner<'a> {
     /// Replays and scores a cell.
     pub fn run(&self, cell: usize) -> Result<Score, CellError> {
         let plan = self.plan;
-        let config = plan.grid.configuration(plan.config, cell)?;
+        let mut config = plan.grid.configuration(plan.config, cell)?;
+        config.noise.sigma_abs = config.noise.sigma_abs.or(self.sigma_abs);
         if plan.grid.axes().iter().any(Axis::is_decoding) {
             let gathered = Gathered::read(plan.log, &config)?;
             let log = gathered.log(&config)?;

@@ -1,6 +1,8 @@
 //! An arc: one echo placed in the world.
 
+use crate::config::Noise;
 use crate::event::SonarId;
+use crate::frames::Entry;
 use crate::geometry::{Pose2, Vec2, angle_between, unit};
 
 /// Slack on the edge of a beam, radians, so that rounding does not decide.
@@ -33,6 +35,22 @@ pub struct Arc {
 }
 
 impl Arc {
+    /// Places a sonar's entry in a frame; `None` where nothing echoed.
+    pub fn of_entry(frame: u32, entry: &Entry, noise: &Noise) -> Option<Self> {
+        let echo = entry.echo?;
+        Some(Self {
+            id: ArcId {
+                frame,
+                sonar: entry.sonar,
+            },
+            stamp_ns: entry.stamp_ns,
+            world_from_sensor: entry.world_from_sensor,
+            range: echo.range,
+            beam_width: entry.beam_width,
+            variance: noise.variance(echo.range, echo.variance),
+        })
+    }
+
     /// The sensor centre.
     pub fn center(&self) -> Vec2 {
         self.world_from_sensor.position()

@@ -1,7 +1,7 @@
 //! Whether the ranges are as precise as they are taken to be.
 
 use super::{Finding, Info, Weight};
-use crate::scatter::Scatter;
+use crate::scatter::{Scatter, VarianceFrom};
 
 /// Finer noise than this is never too fine, metres: a raster hides it.
 const FINEST: f64 = 1e-3;
@@ -15,7 +15,8 @@ pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
         return;
     };
     let Scatter { sigma, ratio } = scatter;
-    if scatter.is_as_expected() || (ratio < 1.0 && sigma < FINEST) {
+    let measured = outcome.variance_from == VarianceFrom::Ranges;
+    if measured || scatter.is_as_expected() || (ratio < 1.0 && sigma < FINEST) {
         return;
     }
     let (weight, effect) = if ratio > 1.0 {
