@@ -162,20 +162,19 @@ impl Scattering {
 /// How far four arcs in a row are from any parabola, in metres and in standard deviations; `None`
 /// where they were not measured in passing.
 fn deviation(arcs: [&Arc; 4]) -> Option<(f64, f64)> {
-    let [first, .., last] = arcs;
+    let [first, second, third, last] = arcs;
     let turned = angle_between(first.world_from_sensor.yaw, last.world_from_sensor.yaw);
-    let mut ways = [0.0; 4];
-    for (at, pair) in arcs.windows(2).enumerate() {
-        let [before, after] = pair else { continue };
-        let apart = (after.center() - before.center()).norm();
-        if apart < SHORTEST {
-            return None;
-        }
-        ways[at + 1] = ways[at] + apart;
-    }
-    if turned > MOST_TURN || ways[3] > LONGEST {
+    let apart = |a: &Arc, b: &Arc| (b.center() - a.center()).norm();
+    let steps = [
+        apart(first, second),
+        apart(second, third),
+        apart(third, last),
+    ];
+    let along = steps.iter().sum::<f64>();
+    if turned > MOST_TURN || along > LONGEST || steps.iter().any(|step| *step < SHORTEST) {
         return None;
     }
+    let ways = [0.0, steps[0], steps[0] + steps[1], along];
     let (mut off, mut squares, mut variance) = (0.0, 0.0, 0.0);
     for (arc, way) in arcs.iter().zip(ways) {
         // The weights of the third divided difference.
