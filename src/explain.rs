@@ -63,6 +63,9 @@ pub struct Explanation {
     /// How far it passes from the place that was asked for.
     #[serde(serialize_with = "optional")]
     pub distance: Option<f64>,
+    /// How long after the time that was asked for it was measured, seconds.
+    #[serde(serialize_with = "optional")]
+    pub late: Option<f64>,
     /// Other arcs that pass about as near, nearest first.
     pub also_near: Vec<Near>,
     /// `contact`, `intersection` or `unidentified`.
@@ -218,6 +221,7 @@ impl Teller<'_> {
             sensor: self.name(&arc),
             arc: Reading::new(&arc, self.origin_ns),
             distance: best.distance,
+            late: best.late,
             also_near: self.near(found),
             label: label.name(),
             reason: label.reason().map(Reason::name),

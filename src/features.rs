@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::config::Config;
 use crate::observer::{Setting, Source};
 use crate::replay::Outcome;
-use crate::rounding::{number, rounded, rows};
+use crate::rounding::{covariance, number, rounded};
 use crate::tmam::arc::ArcId;
 use crate::tmam::feature::{Action, Extraction, MapFeature, Point, Segment, Shape};
 
@@ -125,7 +125,7 @@ impl ShapeFields {
         Self::Line {
             rho: rounded(segment.rho),
             theta: rounded(segment.theta),
-            covariance: rows(&segment.covariance),
+            covariance: covariance(&segment.covariance),
             mid: [rounded(segment.mid.x), rounded(segment.mid.y)],
             half_length: rounded(segment.half_length),
         }
@@ -136,10 +136,10 @@ impl ShapeFields {
         Self::Point {
             x: rounded(point.position.x),
             y: rounded(point.position.y),
-            covariance: rows(&point.covariance),
+            covariance: covariance(&point.covariance),
             rho: rounded(rho),
             alpha: rounded(alpha),
-            polar_covariance: point.polar_covariance().as_ref().map(rows),
+            polar_covariance: point.polar_covariance().as_ref().map(covariance),
         }
     }
 }

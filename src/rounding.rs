@@ -1,4 +1,5 @@
 //! Numbers as files hold them: rounded to 1e-9, so that the last bits of a sum do not show.
+//! Covariances are rounded to ten digits instead: they are small where things are known well.
 
 use nalgebra::Matrix2;
 use serde::Serializer;
@@ -32,12 +33,31 @@ pub fn optional<S: Serializer>(x: &Option<f64>, serializer: S) -> Result<S::Ok, 
     }
 }
 
-/// The rows of a matrix, rounded.
-pub fn rows(m: &Matrix2<f64>) -> [[f64; 2]; 2] {
-    [
-        [rounded(m.m11), rounded(m.m12)],
-        [rounded(m.m21), rounded(m.m22)],
-    ]
+/// Digits of what a covariance says.
+const DIGITS: usize = 10;
+/// Digits that bring back every f64.
+const ALL_DIGITS: usize = 17;
+
+/// `x` to so many digits; zero has no sign.
+fn significant(x: f64, digits: usize) -> f64 {
+    let text = format!("{x:.*e}", digits.saturating_sub(1));
+    text.parse().map_or(x, |rounded: f64| rounded + 0.0)
+}
+
+/// The rows of a covariance, rounded so that it stays one.
+///
+/// Of a line far from the origin, rho and theta are correlated but for what little the line moves
+/// where it was seen: that is a difference of numbers which agree in many digits, so these are
+/// kept, and ten more.
+pub fn covariance(m: &Matrix2<f64>) -> [[f64; 2]; 2] {
+    let left = m.determinant() / (m.m11 * m.m22);
+    let digits = if left > 0.0 && left <= 1.0 {
+        DIGITS + libm::ceil(-libm::log10(left)) as usize
+    } else {
+        ALL_DIGITS
+    };
+    let entry = |x| significant(x, digits.min(ALL_DIGITS));
+    [[entry(m.m11), entry(m.m12)], [entry(m.m21), entry(m.m22)]]
 }
 
 #[cfg(test)]
@@ -50,5 +70,26 @@ mod tests {
         assert_eq!(rounded(-1e-12).to_bits(), 0.0_f64.to_bits());
         assert_eq!(rounded(1e12 + 0.5), 1e12 + 0.5);
         assert!(rounded(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_covariance_keeps_ten_digits() {
+        let m = Matrix2::new(1.234_567_890_123e-7, 1e-12, 1e-12, 4.0);
+        assert_eq!(covariance(&m), [[1.234_567_890e-7, 1e-12], [1e-12, 4.0]]);
+        assert_eq!(covariance(&Matrix2::zeros()), [[0.0; 2]; 2]);
+    }
+
+    #[test]
+    fn the_covariance_of_a_line_far_from_the_origin_stays_one() {
+        for far in [1.0, 1e3, 1e6, 1e7] {
+            // Known to 1 mm and 1 mrad where it was seen.
+            let world_from_local = Matrix2::new(1.0, far, 0.0, 1.0);
+            let local = Matrix2::new(1e-6, 1e-8, 1e-8, 1e-6);
+            let m = world_from_local * local * world_from_local.transpose();
+            let [[a, b], [c, d]] = covariance(&m);
+            let det = a * d - b * c;
+            let expected = 1e-12 - 1e-16;
+            assert!((det / expected - 1.0).abs() < 0.1, "{far}: {det}");
+        }
     }
 }

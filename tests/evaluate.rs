@@ -10,7 +10,7 @@ mod support;
 
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use support::{Bench, rewrite, shared, without};
 
 /// A bench with a simulated room in `room.mcap`.
@@ -244,4 +244,47 @@ fn a_real_log_is_held_against_walls_that_are_given() {
     let run = bench.tmam(&log, "evaluate {} --truth walls.json --agree 0.1 -o h.rrd");
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(run.stdout.contains("disagrees"), "{}", run.stdout);
+}
+
+#[test]
+fn a_log_without_a_label_ends_in_3() {
+    let bench = room("--noise 0.003");
+    let run = bench.tmam(&bench.path("room.mcap"), "evaluate {} --json --end 0.5");
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    let scores: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(scores["labels"]["coverage"], 0.0);
+}
+
+#[test]
+fn walls_in_pieces_and_short_of_their_corners_are_the_same_room() {
+    let bench = room("--noise 0.003");
+    // The paper's room as a laser might give it: no points, walls cut in two, 4 cm short at corners.
+    let corners = [(0., 0.), (4., 0.), (4., 2.), (8., 2.), (8., 5.), (0., 5.)];
+    let mut walls: Vec<[f64; 4]> = Vec::new();
+    for (k, (x1, y1)) in corners.iter().enumerate() {
+        let (x2, y2) = corners[(k + 1) % corners.len()];
+        let length = libm::hypot(x2 - x1, y2 - y1);
+        let at = |way: f64| (x1 + (x2 - x1) * way / length, y1 + (y2 - y1) * way / length);
+        for (from, to) in [(0.04, 0.6 * length), (0.6 * length + 0.05, length - 0.04)] {
+            let ((a, b), (c, d)) = (at(from), at(to));
+            walls.push([a, b, c, d]);
+        }
+    }
+    bench.put("laser.json", json!({ "walls": walls }).to_string());
+    let scores = evaluation(&bench, "--truth laser.json");
+    let lines = &scores["confirmed"]["lines"];
+    assert_eq!(lines["features"], 6, "{lines}");
+    assert_eq!(lines["matched"], 6);
+    for none in ["missed", "spurious", "duplicates"] {
+        assert_eq!(lines[none], json!([]), "{none} of {lines}");
+    }
+    assert!(!lines["shared"].as_array().unwrap().is_empty());
+    let points = &scores["confirmed"]["points"];
+    assert_eq!(points["features"], 6);
+    for none in ["missed", "spurious", "duplicates"] {
+        assert_eq!(points[none], json!([]), "{none} of {points}");
+    }
+    // The missing centimetres put a corner's echoes elsewhere, but those that agree are told right.
+    let wrong = &scores["labels"]["wrong_share_known"];
+    assert!(wrong.as_f64().unwrap() < 0.01, "{wrong}");
 }

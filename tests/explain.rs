@@ -227,6 +227,19 @@ fn what_is_not_there_is_said_with_what_is() {
             "the replay has frames 0 to",
         ),
         ("--at here", "two numbers"),
+        (
+            "--at 500,-3",
+            "no arc passes near 500,-3: the nearest, of sonar_",
+        ),
+        (
+            "--sensor sonar_00 --time 1e4",
+            "--time 10000.000 s is outside the replay, which lasts from 0.000 s to ",
+        ),
+        (
+            "--sensor sonar_00 --time 1 --start 5 --end 9",
+            "from 5.200 s to 8.800 s",
+        ),
+        ("--suspects 0", "0 is not in 1.."),
         ("", "required"),
     ] {
         let run = bench.tmam(&log, &format!("explain {{}} {arguments}"));
@@ -253,4 +266,31 @@ fn what_is_not_there_is_said_with_what_is() {
         "{}",
         run.stderr
     );
+}
+
+#[test]
+fn a_time_between_readings_is_told_from_that_of_the_arc() {
+    let bench = Bench::new();
+    let log = sample("room_step.mcap");
+    let told = |time: f64, how: &str| {
+        let arguments = format!("explain {{}} --sensor sonar_00 --time {time} {how}");
+        bench.tmam(&log, &arguments)
+    };
+    let exact = json(&told(0.0, "--json"));
+    let second = exact["arc"]["seconds"].as_f64().unwrap();
+    let off = json(&told(second + 0.2, "--json"));
+    assert_eq!(off["arc"]["frame"], exact["arc"]["frame"]);
+    assert!((off["late"].as_f64().unwrap() + 0.2).abs() < 1e-6);
+    let text = told(second + 0.2, "").stdout;
+    assert!(text.contains("measured 0.200 s before the time"), "{text}");
+    let text = told(second, "").stdout;
+    assert!(!text.contains("the time asked for"), "{text}");
+}
+
+#[test]
+fn without_a_label_no_suspect_can_be_named() {
+    let bench = Bench::new();
+    let log = sample("room_step.mcap");
+    let run = bench.tmam(&log, "explain {} --suspects --end 0.5");
+    assert_eq!(run.code, 3, "{}", run.stdout);
 }

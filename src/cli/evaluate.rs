@@ -24,7 +24,7 @@ use crate::world::World;
     allow_negative_numbers = true,
     after_help = "\
 Exit codes: 0 done; 2 usage, configuration, no truth, or input that cannot be read; 3 done, but the \
-log is incomplete or holds no echo, or there was nothing to replay.
+log is incomplete, no arc could be labelled, or there was nothing to replay.
 
 Examples:
   tmam simulate -o room.mcap --noise 0.003
@@ -96,7 +96,7 @@ impl Args {
                 io::stdout().write_all(text.as_bytes())
             };
         }
-        let judged = setting.source.complete && outcome.tally.echoes > 0;
+        let judged = setting.source.complete && evaluation.labels.given() > 0;
         Ok(if judged { DONE } else { INCOMPLETE })
     }
 }

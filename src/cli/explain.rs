@@ -12,7 +12,7 @@ use crate::explain::{Question, Which, explain, json, suspects, text};
 use crate::geometry::Vec2;
 use crate::log;
 use crate::output::Output;
-use crate::replay::{Outcome, Replay};
+use crate::replay::Replay;
 use crate::report;
 use crate::world::World;
 
@@ -26,7 +26,7 @@ use crate::world::World;
     group = clap::ArgGroup::new("which").required(true),
     after_help = "\
 Exit codes: 0 done; 2 usage, configuration, no such arc, or input that cannot be read; 3 done, but \
-the log is incomplete or holds no echo, or there was nothing to replay.
+the log is incomplete, there was nothing to replay, or no label that could be suspect.
 
 Examples:
   tmam explain drive.mcap --sensor sonar_03 --frame 57
@@ -54,8 +54,15 @@ pub struct Args {
     )]
     at: Option<Vec2>,
     /// List this many of the arcs whose labels are contradicted most, worst first
-    #[arg(long, value_name = "N", group = "which", num_args = 0..=1, default_missing_value = "10")]
-    suspects: Option<usize>,
+    #[arg(
+        long,
+        value_name = "N",
+        group = "which",
+        num_args = 0..=1,
+        default_missing_value = "10",
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
+    suspects: Option<u32>,
     /// What really echoed, as a world in JSON [default: the truth in the log, if any]
     #[arg(long, value_name = "WORLD.json", value_parser = read_world)]
     truth: Option<World>,
@@ -79,7 +86,7 @@ impl Args {
             quoted(&self.log.display().to_string()),
             self.parameters.as_typed()
         );
-        let outcome = if let Some(which) = self.which() {
+        let (outcome, judged) = if let Some(which) = self.which() {
             let question = Question { sonars, which };
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
             let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
@@ -88,18 +95,21 @@ impl Args {
                 |out| json::write(out, &setting, &told),
                 || text::text(&setting, &named, &told),
             )?;
-            outcome
+            (outcome, true)
         } else {
             let most = self.suspects.unwrap_or_default();
+            let most = usize::try_from(most).unwrap_or(usize::MAX);
             let (outcome, list) = suspects::list(&replay, &sonars, most)?;
             tell(
                 self.json,
                 |out| json::write_suspects(out, &setting, &list),
                 || text::suspects(&setting, &named, &list),
             )?;
-            outcome
+            (outcome, list.labels > 0)
         };
-        Ok(self::end(&log, &outcome, setting.source.complete))
+        let _ = io::stderr().write_all(report::problems(&log, &outcome).as_bytes());
+        let judged = judged && setting.source.complete;
+        Ok(if judged { DONE } else { INCOMPLETE })
     }
 
     fn which(&self) -> Option<Which> {
@@ -123,15 +133,6 @@ fn tell(
         let _ = io::stdout().write_all(text().as_bytes());
     }
     Ok(())
-}
-
-fn end(log: &log::Log, outcome: &Outcome, complete: bool) -> u8 {
-    let _ = io::stderr().write_all(report::problems(log, outcome).as_bytes());
-    if complete && outcome.tally.echoes > 0 {
-        DONE
-    } else {
-        INCOMPLETE
-    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

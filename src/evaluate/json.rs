@@ -101,10 +101,14 @@ struct Features<'a> {
     matched: usize,
     missed: Vec<Missed>,
     spurious: &'a [u32],
-    duplicates: Vec<Duplicate>,
+    duplicates: Vec<Named>,
+    shared: Vec<Named>,
+    parts: &'a [u32],
     errors: &'a Errors,
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
     covered: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
+    overrun: Option<f64>,
     matches: Vec<Pair>,
 }
 
@@ -114,8 +118,9 @@ struct Missed {
     echoes: u64,
 }
 
+/// A feature and the wall or point that it shows.
 #[derive(Serialize)]
-struct Duplicate {
+struct Named {
     id: u32,
     index: usize,
 }
@@ -240,18 +245,24 @@ fn features<'a>(score: &'a KindScore, truth: &Truth) -> Features<'a> {
             })
             .collect(),
         spurious: &score.spurious,
-        duplicates: score
-            .duplicates
-            .iter()
-            .map(|(id, reflector)| Duplicate {
-                id: *id,
-                index: index(*reflector),
-            })
-            .collect(),
+        duplicates: named(&score.duplicates),
+        shared: named(&score.shared),
+        parts: &score.parts,
         errors: &score.errors,
         covered: score.covered,
+        overrun: score.overrun,
         matches: score.matches.iter().map(pair).collect(),
     }
+}
+
+fn named(pairs: &[(u32, Reflector)]) -> Vec<Named> {
+    let pairs = pairs.iter();
+    pairs
+        .map(|(id, reflector)| Named {
+            id: *id,
+            index: index(*reflector),
+        })
+        .collect()
 }
 
 fn pair(found: &Match) -> Pair {
@@ -259,7 +270,7 @@ fn pair(found: &Match) -> Pair {
         id: found.feature,
         index: index(found.reflector),
         error: match found.comparison.error {
-            matching::Error::Line { rho, theta } => ErrorFields::Line {
+            matching::Error::Line { rho, theta, .. } => ErrorFields::Line {
                 rho: rounded(rho),
                 theta: rounded(theta),
             },

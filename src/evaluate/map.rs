@@ -1,22 +1,15 @@
 //! Map features against the walls and points of the world.
 
-use super::assignment::assign;
-use super::errors::Errors;
-use super::matching::{Comparison, TrueLine, compare};
-use super::truth::Truth;
-use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
-use crate::world::Reflector;
+mod lengths;
+mod pairing;
 
-/// A map feature that is a wall or point of the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Match {
-    /// The feature's id.
-    pub feature: u32,
-    /// What it is.
-    pub reflector: Reflector,
-    /// How well it fits.
-    pub comparison: Comparison,
-}
+use self::lengths::Lengths;
+pub use self::pairing::Match;
+use self::pairing::Pairing;
+use super::errors::Errors;
+use super::truth::Truth;
+use crate::tmam::feature::{Kind, MapFeature, Status};
+use crate::world::Reflector;
 
 /// How the lines, or the points, of a map did.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +20,9 @@ pub struct KindScore {
     pub features: u64,
     /// Features matched one to one with walls or points.
     pub matches: Vec<Match>,
+    /// Visible walls or points that a feature matched with another one shows as well: the next
+    /// piece of the same wall, another wall's end in the same corner.
+    pub shared: Vec<(u32, Reflector)>,
     /// Visible walls or points without a feature.
     pub missed: Vec<Reflector>,
     /// Features that are no wall or point of the world.
@@ -34,11 +30,15 @@ pub struct KindScore {
     /// Features that are one which already has a better feature. They count as spurious too, but
     /// are listed here.
     pub duplicates: Vec<(u32, Reflector)>,
+    /// Features that are right without being asked for: lines on other parts of a wall that has
+    /// one, points where surveyed walls would meet.
+    pub parts: Vec<u32>,
     /// How far the matched ones are off.
     pub errors: Errors,
-    /// Share of the visible walls' length that lies beside a segment matched or duplicate; `None`
-    /// for points.
+    /// Share of the visible walls' length that lies beside lines of the map; `None` for points.
     pub covered: Option<f64>,
+    /// How far lines that lie on walls go on beside none, all together, metres; `None` for points.
+    pub overrun: Option<f64>,
 }
 
 /// How a map did.
@@ -77,64 +77,36 @@ impl MapScore {
 
 impl KindScore {
     fn new(kind: Kind, features: &[&MapFeature], truth: &Truth) -> Self {
+        let pairing = Pairing::new(kind, features, truth);
+        let Pairing {
+            matches,
+            shared,
+            duplicates,
+            parts,
+            spurious,
+        } = pairing;
+        let is_there = |reflector| {
+            matches.iter().any(|m| m.reflector == reflector)
+                || shared.iter().any(|(_, other)| *other == reflector)
+        };
         let reflectors = reflectors(kind, truth);
-        let mut within = Vec::new();
-        let mut costs = Vec::new();
-        for (row, feature) in features.iter().enumerate() {
-            for (column, reflector) in reflectors.iter().enumerate() {
-                let Some(comparison) = compare(&feature.shape, *reflector, truth.world()) else {
-                    continue;
-                };
-                if let Some(cost) = comparison.cost {
-                    costs.push((row, column, cost));
-                    within.push((row, column, comparison));
-                }
-            }
-        }
-        let pairs = assign(features.len(), reflectors.len(), &costs);
-        let mut matches = Vec::new();
-        for pair in &pairs {
-            let found = within
-                .iter()
-                .find(|(row, column, _)| (*row, *column) == *pair);
-            if let (Some((_, _, comparison)), Some(feature), Some(reflector)) =
-                (found, features.get(pair.0), reflectors.get(pair.1))
-            {
-                matches.push(Match {
-                    feature: feature.id,
-                    reflector: *reflector,
-                    comparison: *comparison,
-                });
-            }
-        }
-        let (mut spurious, mut duplicates) = (Vec::new(), Vec::new());
-        for (row, feature) in features.iter().enumerate() {
-            if pairs.iter().any(|(paired, _)| *paired == row) {
-                continue;
-            }
-            let nearest = costs
-                .iter()
-                .filter(|cost| cost.0 == row)
-                .min_by(|a, b| a.2.total_cmp(&b.2));
-            match nearest.and_then(|cost| reflectors.get(cost.1)) {
-                Some(reflector) => duplicates.push((feature.id, *reflector)),
-                None => spurious.push(feature.id),
-            }
-        }
-        let is_matched = |reflector| matches.iter().any(|m| m.reflector == reflector);
         let visible = || reflectors.iter().copied().filter(|r| truth.is_visible(*r));
+        let lengths = match kind {
+            Kind::Line => Some(Lengths::new(features, truth)),
+            Kind::Point => None,
+        };
         Self {
             visible: visible().count() as u64,
             features: features.len() as u64,
-            missed: visible().filter(|r| !is_matched(*r)).collect(),
+            missed: visible().filter(|r| !is_there(*r)).collect(),
             errors: Errors::of(matches.iter().map(|m| &m.comparison)),
-            covered: match kind {
-                Kind::Line => covered(features, &matches, &duplicates, truth),
-                Kind::Point => None,
-            },
+            covered: lengths.and_then(|lengths| lengths.covered),
+            overrun: lengths.map(|lengths| lengths.overrun),
             matches,
+            shared,
             spurious,
             duplicates,
+            parts,
         }
     }
 
@@ -143,9 +115,9 @@ impl KindScore {
         (self.spurious.len() + self.duplicates.len()) as u64
     }
 
-    /// Whether it holds every visible one once and nothing else.
+    /// Whether it holds every visible one once, whole, and nothing else.
     pub fn is_exact(&self) -> bool {
-        self.missed.is_empty() && self.surplus() == 0
+        self.missed.is_empty() && self.surplus() == 0 && self.parts.is_empty()
     }
 }
 
@@ -156,51 +128,6 @@ pub(super) fn reflectors(kind: Kind, truth: &Truth) -> Vec<Reflector> {
         Kind::Line => (0..world.walls().len()).map(Reflector::Line).collect(),
         Kind::Point => (0..world.points().len()).map(Reflector::Point).collect(),
     }
-}
-
-/// The share of the visible walls' length beside their segments.
-fn covered(
-    features: &[&MapFeature],
-    matches: &[Match],
-    duplicates: &[(u32, Reflector)],
-    truth: &Truth,
-) -> Option<f64> {
-    let of_wall = |wall: usize| {
-        let matched = matches.iter().map(|m| (m.feature, m.reflector));
-        let all = matched.chain(duplicates.iter().copied());
-        all.filter(move |(_, reflector)| *reflector == Reflector::Line(wall))
-    };
-    let (mut beside, mut length) = (0.0, 0.0);
-    for (index, wall) in truth.world().walls().iter().enumerate() {
-        if !truth.is_visible(Reflector::Line(index)) {
-            continue;
-        }
-        let line = TrueLine::of(wall);
-        let mut parts: Vec<(f64, f64)> = of_wall(index)
-            .filter_map(|(id, _)| features.iter().find(|feature| feature.id == id))
-            .filter_map(|feature| match &feature.shape {
-                Shape::Line(segment) => Some(line.beside(segment)),
-                Shape::Point(_) => None,
-            })
-            .collect();
-        parts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        beside += union(&parts);
-        length += line.length;
-    }
-    (length > 0.0).then(|| beside / length)
-}
-
-/// The length of the union of intervals sorted by where they begin.
-fn union(parts: &[(f64, f64)]) -> f64 {
-    let mut reached = f64::NEG_INFINITY;
-    parts
-        .iter()
-        .map(|(low, high)| {
-            let new = (high - low.max(reached)).max(0.0);
-            reached = reached.max(*high);
-            new
-        })
-        .sum()
 }
 
 #[cfg(test)]

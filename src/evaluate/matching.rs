@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::geometry::{Vec2, angle_between, direction, wrap_angle};
+use crate::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::tmam::feature::{Point, Segment, Shape};
 use crate::world::{Reflector, Wall, World};
 
@@ -20,10 +20,12 @@ pub const POINT_DISTANCE: f64 = 0.20;
 pub enum Error {
     /// Of a line: feature minus truth.
     Line {
-        /// Metres.
+        /// Seen from the wall's middle, metres: positive where the line is farther from the origin.
         rho: f64,
         /// Radians.
         theta: f64,
+        /// Seen from the world's origin, metres: it grows with the distance from there.
+        rho_at_origin: f64,
     },
     /// Of a point: metres from it.
     Point {
@@ -102,6 +104,11 @@ impl TrueLine {
         }
     }
 
+    /// The place `way` metres along the wall from its start.
+    pub fn at(&self, way: f64) -> Vec2 {
+        self.start + self.along * way
+    }
+
     /// The part of the wall that lies beside a segment, as ways from its start in metres; the
     /// first is the larger where there is none.
     pub fn beside(&self, segment: &Segment) -> (f64, f64) {
@@ -124,10 +131,13 @@ fn compare_line(segment: &Segment, wall: &TrueLine) -> Comparison {
     } else {
         *segment
     };
-    let rho = segment.rho - wall.rho;
-    let theta = wrap_angle(segment.theta - wall.theta);
-    let offset = wall.along.perp(&(segment.mid - wall.start));
+    // Seen from the wall's middle, a room far from the origin has the figures of one that is near.
+    let (local, covariance) = segment.about(wall.at(wall.length / 2.0));
+    let (rho, theta) = (local.x, wrap_angle(segment.theta - wall.theta));
     let (low, high) = wall.beside(&segment);
+    // A short piece of wall does not say how a line goes on: what counts is where it passes it.
+    let place = wall.at((low + high) / 2.0);
+    let offset = unit(segment.theta).dot(&(segment.mid - place));
     let within = low <= high && offset.abs() <= LINE_OFFSET && theta.abs() <= LINE_ANGLE;
     let square = |x: f64| x * x;
     let beside = if segment.half_length > 0.0 {
@@ -137,8 +147,12 @@ fn compare_line(segment: &Segment, wall: &TrueLine) -> Comparison {
     };
     let cost = square(offset / LINE_OFFSET) + square(theta / LINE_ANGLE) + 1.0 - beside.min(1.0);
     Comparison {
-        error: Error::Line { rho, theta },
-        nees: nees(Vector2::new(rho, theta), &segment.covariance),
+        error: Error::Line {
+            rho,
+            theta,
+            rho_at_origin: segment.rho - wall.rho,
+        },
+        nees: nees(Vector2::new(rho, theta), &covariance),
         cost: within.then_some(cost),
     }
 }
@@ -163,7 +177,6 @@ fn nees(error: Vector2<f64>, covariance: &Matrix2<f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::unit;
     use crate::tmam::fit::testing::Gauss;
     use proptest::prelude::*;
 
@@ -201,16 +214,40 @@ mod tests {
             let turned = World::new(vec![Wall::new(start, end)], Vec::new()).unwrap();
             let found = segment(rho + e, theta + t, way, 1.0);
             let plain = held(found, &world);
-            let Error::Line { rho: a, theta: b } = plain.error else { panic!() };
+            let Error::Line { rho_at_origin: a, theta: b, .. } = plain.error else { panic!() };
             prop_assert!((a.abs() - e.abs()).abs() < 1e-9 && (b - t).abs() < 1e-9);
             prop_assert!(rho.abs() < 1e-9 || (a * rho.signum() - e).abs() < 1e-9, "{a} {e}");
-            let expected = nees(Vec2::new(e, t), &found.covariance).unwrap();
-            prop_assert!((plain.nees.unwrap() - expected).abs() < 1e-6);
             for (other, world) in [(found.flipped(), &world), (found, &turned), (found.canonical(), &turned)] {
                 let other = held(other, world);
                 prop_assert!((other.nees.unwrap() - plain.nees.unwrap()).abs() < 1e-6);
                 prop_assert_eq!(other.cost.is_some(), plain.cost.is_some());
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_room_far_away_has_the_figures_of_one_that_is_near(
+            theta in -3.2..3.2f64, way in -9.0..9.0f64, e in -0.02..0.02f64, t in -0.02..0.02f64,
+            far_x in -2e6..2e6f64, far_y in -1e7..1e7f64,
+        ) {
+            let near = World::new(vec![Wall::new(Vec2::zeros(), unit(theta) * 3.0)], vec![]).unwrap();
+            let shift = Vec2::new(far_x, far_y);
+            let far = World::new(vec![Wall::new(shift, shift + unit(theta) * 3.0)], vec![]).unwrap();
+            // The line seen from a place of the wall, and the same in both worlds.
+            let local = Vector2::new(e, theta + FRAC_PI_2 + t);
+            let covariance = Matrix2::new(1e-4, 2e-5, 2e-5, 1e-5);
+            let at = |origin: Vec2, world: &World| {
+                let mid = origin + unit(theta) * way.clamp(0.0, 3.0);
+                let segment = Segment { mid, half_length: 0.5, ..segment(0.0, 0.0, 0.0, 1.0) };
+                held(segment.with_line_about(mid, local, covariance), world)
+            };
+            let (a, b) = (at(Vec2::zeros(), &near), at(shift, &far));
+            let (Error::Line { rho: p, theta: r, .. }, Error::Line { rho: q, theta: s, .. }) =
+                (a.error, b.error) else { panic!() };
+            prop_assert!((p.abs() - q.abs()).abs() < 1e-6 && (r - s).abs() < 1e-8, "{p} {q} {r} {s}");
+            let (a, b) = (a.nees.unwrap(), b.nees.unwrap());
+            prop_assert!((a - b).abs() < 0.01 * (1.0 + a), "{a} {b}");
         }
     }
 

@@ -53,7 +53,7 @@ fn head(setting: &Setting<'_>, truth: &Truth) -> String {
         n => format!("{n} {thing}s"),
     };
     format!(
-        "{}{} against {origin},\nin a world of {} and {}\n",
+        "{}{} against {origin},\nin a world of {} and {}, ends of walls included\n",
         setting.source.file,
         if setting.source.complete {
             ""
@@ -156,7 +156,9 @@ fn map(score: &MapScore) -> String {
             "missed",
             "spurious",
             "twice",
+            "more",
             "covered %",
+            "beyond m",
         ],
         1,
     );
@@ -165,22 +167,31 @@ fn map(score: &MapScore) -> String {
             name.to_owned(),
             kind.visible.to_string(),
             kind.features.to_string(),
-            kind.matches.len().to_string(),
+            (kind.matches.len() + kind.shared.len()).to_string(),
             kind.missed.len().to_string(),
             kind.surplus().to_string(),
             kind.duplicates.len().to_string(),
-            match kind.covered {
-                Some(covered) => percent(Some(covered)),
-                None => String::new(),
-            },
+            kind.parts.len().to_string(),
+            kind.covered
+                .map_or_else(String::new, |covered| percent(Some(covered))),
+            kind.overrun
+                .map_or_else(String::new, |overrun| format!("{overrun:.2}")),
         ]);
     }
     let mut text = render(&rows);
     text.push_str(
         "  there: echoed at least 3 times; spurious: no wall or point of the world, or one that is in\n  \
-         the map already (twice)\n",
+         the map already (twice); more: right as well, another part of a wall that is matched, or a\n  \
+         point where walls would meet; beyond: length of these lines beside no wall\n",
     );
     for (name, kind) in [("walls", &score.lines), ("points", &score.points)] {
+        if !kind.shared.is_empty() {
+            let _ = writeln!(
+                text,
+                "  {} of the matched {name} have no feature of their own: that of the next one shows them",
+                kind.shared.len()
+            );
+        }
         let missed: Vec<String> = kind.missed.iter().map(|r| number(*r)).collect();
         if !missed.is_empty() {
             let _ = writeln!(text, "  missed {name}: {}", missed.join(", "));

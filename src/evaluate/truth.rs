@@ -1,11 +1,13 @@
 //! What really echoed, and what could be seen at all.
 
+mod joints;
 mod target;
 
 use std::collections::BTreeMap;
 
+use self::joints::Joints;
 use crate::event::{RangeReading, Return, SonarId};
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Vec2};
 use crate::log::truth::RecordedTruth;
 use crate::odometry::Track;
 use crate::replay::Replay;
@@ -87,6 +89,7 @@ pub struct Truth {
     agreeing_range: f64,
     walls_seen: Vec<u64>,
     points_seen: Vec<u64>,
+    joints: Joints,
 }
 
 impl Truth {
@@ -128,10 +131,13 @@ impl Truth {
             agreeing_range,
             walls_seen: vec![0; world.walls().len()],
             points_seen: vec![0; world.points().len()],
+            joints: Joints::default(),
             world,
         };
         if is_own {
             truth.take_recorded(replay, recorded)?;
+        } else {
+            truth.joints = Joints::of(&truth.world);
         }
         truth.see(replay);
         Ok(truth)
@@ -187,6 +193,17 @@ impl Truth {
         }
     }
 
+    /// Whether two surveyed walls are pieces of one.
+    pub fn is_one_wall(&self, a: usize, b: usize) -> bool {
+        self.joints.is_one_wall(a, b)
+    }
+
+    /// Whether surveyed walls meet within `distance` (metres) of a place, or would if they went on
+    /// a little.
+    pub fn is_corner(&self, place: Vec2, distance: f64) -> bool {
+        self.joints.is_corner(place, distance)
+    }
+
     /// How often a wall or point echoed.
     pub fn echoes(&self, reflector: Reflector) -> u64 {
         let seen = match reflector {
@@ -215,7 +232,7 @@ impl Truth {
         {
             None => Target::Other(Other::Nothing),
             Some(echo) if (echo.range - range).abs() <= agreeing => {
-                Target::Reflector(echo.reflector)
+                Target::Reflector(self.joints.whole(echo.reflector))
             }
             Some(_) => Target::Other(Other::Disagrees),
         }

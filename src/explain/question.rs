@@ -68,6 +68,43 @@ pub enum QuestionError {
         /// The arcs around it.
         near: String,
     },
+    /// The log does not last that long.
+    #[error(
+        "--time {seconds:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
+         log's first reading"
+    )]
+    OutsideTime {
+        /// Asked for.
+        seconds: f64,
+        /// The replay's first reading.
+        from: f64,
+        /// Its last one.
+        to: f64,
+    },
+    /// Nothing was measured there.
+    #[error(
+        "no arc passes near {x},{y}: the nearest, of {sonar} in frame {frame}, passes {distance:.2} m from \
+         it, and the longest echo is {reach:.2} m. The sonars were between {low} and {high}, metres in \
+         the odometry frame"
+    )]
+    FarAway {
+        /// Asked for, metres.
+        x: f64,
+        /// Asked for, metres.
+        y: f64,
+        /// Whose arc is nearest.
+        sonar: String,
+        /// Its frame.
+        frame: u32,
+        /// How far it passes, metres.
+        distance: f64,
+        /// Of the sonars asked for, metres.
+        reach: f64,
+        /// Where the sonars were, as one types it.
+        low: String,
+        /// See `low`.
+        high: String,
+    },
     /// Not one echo.
     #[error("{} gave no echo in the whole replay, so there is no arc to explain", sonars.join(", "))]
     NoEcho {
@@ -86,6 +123,8 @@ pub struct Found {
     pub arc: Arc,
     /// How far it passes from the place that was asked for, metres.
     pub distance: Option<f64>,
+    /// How long after the time that was asked for it was measured, seconds.
+    pub late: Option<f64>,
 }
 
 impl Question {
@@ -108,6 +147,7 @@ impl Question {
         let found = |arc: &Arc| Found {
             arc: *arc,
             distance: None,
+            late: None,
         };
         if let Which::Place(place) = self.which {
             let mut near: Vec<Found> = arcs
@@ -115,10 +155,15 @@ impl Question {
                 .map(|arc| Found {
                     arc: **arc,
                     distance: Some(distance(arc, place)),
+                    late: None,
                 })
                 .collect();
             near.sort_by(|a, b| f64::total_cmp(&key(a), &key(b)));
-            return answered(near, names);
+            let near = answered(near, names)?;
+            return match near.first().filter(|best| key(best) > reach(&arcs)) {
+                Some(best) => Err(far_away(place, best, &arcs, &sonars)),
+                None => Ok(near),
+            };
         }
         let [(id, sonar)] = sonars.as_slice() else {
             return Err(QuestionError::WhichSonar { sonars: names() });
@@ -129,9 +174,20 @@ impl Question {
                 None => Err(no_arc(watch, *id, sonar, frame)),
             },
             Which::Time(seconds) => {
-                let off = |arc: &&Arc| (since(arc.stamp_ns, origin_ns) - seconds).abs();
-                arcs.sort_by(|a, b| off(a).total_cmp(&off(b)));
-                answered(arcs.into_iter().take(1).map(found).collect(), names)
+                let source = setting.source;
+                let from = since(source.start_ns, origin_ns);
+                let to = since(source.end_ns, origin_ns);
+                // Times are typed to the millisecond at most.
+                if seconds < from - 1e-3 || seconds > to + 1e-3 {
+                    return Err(QuestionError::OutsideTime { seconds, from, to });
+                }
+                let late = |arc: &Arc| since(arc.stamp_ns, origin_ns) - seconds;
+                arcs.sort_by(|a, b| late(a).abs().total_cmp(&late(b).abs()));
+                let nearest = arcs.first().map(|arc| Found {
+                    late: Some(late(arc)),
+                    ..found(arc)
+                });
+                answered(nearest.into_iter().collect(), names)
             }
             Which::Place(_) => Ok(Vec::new()),
         }
@@ -140,6 +196,36 @@ impl Question {
 
 fn key(found: &Found) -> f64 {
     found.distance.unwrap_or_default()
+}
+
+/// The longest echo, metres.
+fn reach(arcs: &[&Arc]) -> f64 {
+    arcs.iter().map(|arc| arc.range).fold(0.0, f64::max)
+}
+
+fn far_away(
+    place: Vec2,
+    best: &Found,
+    arcs: &[&Arc],
+    sonars: &[(SonarId, &Sonar)],
+) -> QuestionError {
+    let id = best.arc.id;
+    let sonar = sonars.iter().find(|(sonar, _)| *sonar == id.sonar);
+    let center = best.arc.center();
+    let (low, high) = arcs.iter().fold((center, center), |(low, high), arc| {
+        (low.inf(&arc.center()), high.sup(&arc.center()))
+    });
+    let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
+    QuestionError::FarAway {
+        x: place.x,
+        y: place.y,
+        sonar: sonar.map_or_else(String::new, |(_, sonar)| sonar.name.clone()),
+        frame: id.frame,
+        distance: key(best),
+        reach: reach(arcs),
+        low: typed(low),
+        high: typed(high),
+    }
 }
 
 fn answered(

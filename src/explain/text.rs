@@ -90,6 +90,15 @@ fn head(setting: &Setting<'_>, told: &Explanation) -> String {
             distance * 1e3
         );
     }
+    // What one types has three decimals at most.
+    if let Some(late) = told.late.filter(|late| late.abs() > 1e-3) {
+        let when = if late > 0.0 { "after" } else { "before" };
+        let _ = writeln!(
+            text,
+            "It was measured {:.3} s {when} the time asked for: none of this sonar is nearer.",
+            late.abs()
+        );
+    }
     for doubt in &told.doubts {
         let _ = writeln!(text, "SUSPECT: {}", contradiction(doubt));
     }

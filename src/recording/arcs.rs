@@ -162,13 +162,22 @@ pub fn story(sonar: &str, verdict: &Verdict) -> String {
     };
     let opinion = &evidence.opinion;
     format!(
-        "{sonar}, {label}; theta_c {}, theta_i {}; chi2 line {:.1}, point {:.1}: {}",
+        "{sonar}, {label}; theta_c {}, theta_i {}; chi2 line {}, point {}: {}",
         angle(evidence.angles.theta_c, evidence.spread.theta_c),
         angle(evidence.angles.theta_i, evidence.spread.theta_i),
-        opinion.chi2_line,
-        opinion.chi2_point,
+        chi2(opinion.chi2_line),
+        chi2(opinion.chi2_point),
         opinion.support.name()
     )
+}
+
+/// A chi2; infinite where the beams have no place for such a feature.
+pub fn chi2(x: f64) -> String {
+    if x.is_finite() {
+        format!("{x:.1}")
+    } else {
+        "none in the beam".to_owned()
+    }
 }
 
 /// The arc as a strip, right edge to left.

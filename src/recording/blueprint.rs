@@ -231,18 +231,8 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
             "+ /angles/theta_i",
             Bound::Gamma,
         ),
-        (
-            Id::Chi2Line,
-            "chi2 of a line: low = fits",
-            "+ /chi2/line",
-            Bound::Gate,
-        ),
-        (
-            Id::Chi2Point,
-            "chi2 of a point: low = fits",
-            "+ /chi2/point",
-            Bound::Gate,
-        ),
+        (Id::Chi2Line, "chi2 line", "+ /chi2/line", Bound::Gate),
+        (Id::Chi2Point, "chi2 point", "+ /chi2/point", Bound::Gate),
     ] {
         views::plot(&mut w, layout, id, name, path, bound)?;
     }

@@ -9,7 +9,7 @@ use rerun::components::TextLogLevel;
 use rerun::{LineStrips2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
-use super::arcs::{story, sweep};
+use super::arcs::{chi2, story, sweep};
 use super::encode::RrdWriter;
 use super::log::Message;
 use super::style::{self, order, ui};
@@ -149,11 +149,11 @@ fn why(judgement: &Judgement) -> String {
 
 fn says(opinion: &Opinion) -> String {
     format!(
-        "{} readings say {} (chi2 line {:.1}, point {:.1})",
+        "{} readings say {} (chi2 line {}, point {})",
         opinion.readings,
         opinion.support.name(),
-        opinion.chi2_line,
-        opinion.chi2_point
+        chi2(opinion.chi2_line),
+        chi2(opinion.chi2_point)
     )
 }
 

@@ -56,8 +56,14 @@ fn closer(evaluation: &Evaluation) -> [bool; 12] {
         }
     }
     for found in &map.lines.matches {
-        if let (Reflector::Line(index), Error::Line { rho, theta }) =
-            (found.reflector, found.comparison.error)
+        if let (
+            Reflector::Line(index),
+            Error::Line {
+                rho_at_origin: rho,
+                theta,
+                ..
+            },
+        ) = (found.reflector, found.comparison.error)
         {
             let (estimate, truth) = (LINES[index], TRUE_LINES[index]);
             closer[6 + index] = rho.abs() < (estimate.0 - truth.0).abs()

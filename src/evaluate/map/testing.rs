@@ -10,11 +10,20 @@ use crate::log::Log;
 use crate::log::truth::RecordedTruth;
 use crate::replay::Replay;
 use crate::tmam::feature::Segment;
+use crate::tmam::feature::Shape;
 use crate::world::{Wall, World};
 
 /// Two walls, y = 2 from x = -2 to 2 and x = 9 from y = 0 to 1, of which a sensor at the origin
 /// that looks up hears the first `echoes` times, and a point that it does not hear.
 pub fn truth(echoes: i64) -> Truth {
+    let walls = [((-2.0, 2.0), (2.0, 2.0)), ((9.0, 0.0), (9.0, 1.0))]
+        .map(|((a, b), (c, d))| Wall::new(Vec2::new(a, b), Vec2::new(c, d)));
+    let world = World::new(walls.to_vec(), vec![Vec2::new(5.0, 5.0)]).unwrap();
+    heard_in(echoes, world)
+}
+
+/// The truth of a sensor at the origin that looks up and measures 2 m so many times.
+pub fn heard_in(echoes: i64, world: World) -> Truth {
     let readings = (0..echoes).map(|k| RangeReading {
         stamp_ns: k,
         sonar: SonarId(0),
@@ -46,9 +55,6 @@ pub fn truth(echoes: i64) -> Truth {
         clock_jump: None,
         time_notes: Vec::new(),
     };
-    let walls = [((-2.0, 2.0), (2.0, 2.0)), ((9.0, 0.0), (9.0, 1.0))]
-        .map(|((a, b), (c, d))| Wall::new(Vec2::new(a, b), Vec2::new(c, d)));
-    let world = World::new(walls.to_vec(), vec![Vec2::new(5.0, 5.0)]).unwrap();
     let config = Config::default();
     let replay = Replay::new(&log, &config).unwrap();
     Truth::new(&replay, &RecordedTruth::default(), Some(world), 0.05).unwrap()

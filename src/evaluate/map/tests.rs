@@ -1,9 +1,10 @@
 use nalgebra::Matrix2;
 
-use super::testing::{line, truth};
+use super::testing::{heard_in, line, truth};
 use super::*;
 use crate::geometry::Vec2;
-use crate::tmam::feature::Point;
+use crate::tmam::feature::{Point, Shape};
+use crate::world::{Wall, World};
 
 fn point(id: u32, x: f64, y: f64) -> MapFeature {
     MapFeature {
@@ -19,7 +20,7 @@ fn point(id: u32, x: f64, y: f64) -> MapFeature {
 }
 
 #[test]
-fn a_wall_has_one_line_and_what_else_lies_on_it_is_twice() {
+fn a_wall_has_one_line_and_what_else_lies_on_it_is_twice_or_more_of_it() {
     let features = [
         line(0, 2.05, -1.0, 0.0),
         line(1, 2.01, 0.5, 1.5),
@@ -36,9 +37,10 @@ fn a_wall_has_one_line_and_what_else_lies_on_it_is_twice() {
     };
     assert_eq!((best.feature, best.reflector), (1, Reflector::Line(0)));
     assert_eq!(lines.spurious, [2]);
-    let twice = Reflector::Line(0);
-    assert_eq!(lines.duplicates, [(0, twice), (3, twice)]);
-    assert_eq!(lines.surplus(), 3);
+    // The second best lies on another part of the wall, and half of the third beside it.
+    assert_eq!(lines.parts, [3]);
+    assert_eq!(lines.duplicates, [(0, Reflector::Line(0))]);
+    assert_eq!(lines.surplus(), 2);
     assert!(lines.missed.is_empty() && !lines.is_exact());
     // 1 m, another that holds half a metre more, of 4 m.
     assert!((lines.covered.unwrap() - 0.5).abs() < 1e-9);
@@ -67,11 +69,65 @@ fn only_what_was_heard_three_times_can_be_missed() {
 }
 
 #[test]
-fn overlapping_intervals_count_once() {
-    assert_eq!(union(&[]), 0.0);
+fn what_a_line_has_beyond_its_wall_is_overrun() {
+    let overrun = |features: &[MapFeature]| {
+        let lines = MapScore::new(features.iter(), &truth(3)).lines;
+        assert_eq!(lines.matches.len(), 1);
+        lines.overrun.unwrap()
+    };
+    assert!(overrun(&[line(0, 2.0, -1.0, 2.0)]).abs() < 1e-9);
+    assert!((overrun(&[line(0, 2.0, -2.3, 2.5)]) - 0.8).abs() < 1e-9);
+    // What lies on no wall does not go on beyond one.
+    let spurious = [line(0, 2.0, -1.0, 2.0), line(1, 3.0, 0.0, 9.0)];
+    assert!(overrun(&spurious).abs() < 1e-9);
+    let points = MapScore::new([].iter(), &truth(3)).points;
+    assert_eq!(points.overrun, None);
+}
+
+/// A sensor at the origin that looks up and hears y = 2; the wall there in the pieces `walls`.
+fn pieces(walls: &[[f64; 4]]) -> Truth {
+    let wall = |[a, b, c, d]: &[f64; 4]| Wall::new(Vec2::new(*a, *b), Vec2::new(*c, *d));
+    heard_in(
+        3,
+        World::new(walls.iter().map(wall).collect(), Vec::new()).unwrap(),
+    )
+}
+
+#[test]
+fn a_line_is_every_piece_of_a_wall_that_it_covers() {
+    let halves = pieces(&[[-2.0, 2.0, 0.5, 2.0], [0.6, 2.01, 2.0, 2.01]]);
+    let whole = [line(0, 2.0, -2.0, 2.0)];
+    let lines = MapScore::new(whole.iter(), &halves).lines;
+    assert_eq!(lines.matches.len() + lines.shared.len(), 2);
+    assert!(lines.missed.is_empty() && lines.spurious.is_empty() && lines.duplicates.is_empty());
+    assert!((lines.covered.unwrap() - 1.0).abs() < 1e-6);
+    assert!((lines.overrun.unwrap() - 0.1).abs() < 1e-6, "the gap");
+
+    // Behind a door is another wall: a line that reaches there by a hand is not that.
+    let door = pieces(&[[-2.0, 2.0, 0.5, 2.0], [1.3, 2.0, 3.0, 2.0]]);
+    for (end, shared) in [(1.5, 0), (2.9, 1)] {
+        let over = [line(0, 2.0, -2.0, end)];
+        let lines = MapScore::new(over.iter(), &door).lines;
+        assert_eq!((lines.matches.len(), lines.shared.len()), (1, shared));
+    }
+}
+
+#[test]
+fn where_pieces_go_on_echoes_the_wall_and_no_point() {
+    // The gap is where the perpendicular falls.
+    let gap = pieces(&[[-2.0, 2.0, -0.05, 2.0], [0.05, 2.0, 2.0, 2.0]]);
+    assert!((0..4).all(|point| gap.echoes(Reflector::Point(point)) == 0));
     assert_eq!(
-        union(&[(0.0, 2.0), (0.5, 1.0), (1.5, 3.0), (4.0, 5.0)]),
-        4.0
+        gap.echoes(Reflector::Line(0)) + gap.echoes(Reflector::Line(1)),
+        3
     );
-    assert_eq!(union(&[(1.0, 0.5)]), 0.0);
+}
+
+#[test]
+fn the_corner_of_walls_that_do_not_reach_it_is_a_right_point() {
+    let walls = pieces(&[[-2.0, 2.0, 1.7, 2.0], [2.0, 1.7, 2.0, 0.0]]);
+    let features = [point(0, 2.0, 2.0), point(1, 1.72, 2.0), point(2, 0.0, 2.0)];
+    let points = MapScore::new(features.iter(), &walls).points;
+    assert_eq!(points.matches.len(), 1);
+    assert_eq!((points.parts, points.spurious), (vec![0], vec![2]));
 }
