@@ -1,8 +1,12 @@
 //! Runs a log through the machine and shows every step to the observers.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod error;
+mod outcome;
 
-use crate::config::file::{ConfigError, glob_set};
+pub use error::ReplayError;
+pub use outcome::Outcome;
+
+use crate::config::file::glob_set;
 use crate::config::{Config, Rule, Triple};
 use crate::event::RangeReading;
 use crate::frames::{Frame, Framer, Tally};
@@ -12,71 +16,8 @@ use crate::odometry::Track;
 use crate::scatter::{Scattering, VarianceFrom};
 use crate::tmam::Tmam;
 use crate::tmam::arc::Arc;
-use crate::tmam::feature::{Action, Extraction, MapFeature};
-use crate::tmam::step::Step;
-use crate::tmam::triple::Label;
 use crate::tmam::witness::{Reach, Witness};
-
-/// Why there is nothing to replay in a log that could be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// No sonar has a name that was asked for.
-    #[error("no sonar matches {}; the log has {}", asked.join(", "), sonars.join(", "))]
-    NoSuchSonar {
-        /// Patterns that were asked for.
-        asked: Vec<String>,
-        /// Sonars of the log.
-        sonars: Vec<String>,
-    },
-    /// A gate that the beam cannot reach.
-    #[error(
-        "triple.gamma is {:.6} deg; it must be below the beam width, which is {:.6} deg for sonar \
-         `{sonar}`. Give a smaller --gamma, or leave the sonar out with --sensor",
-        gamma.to_degrees(), beam_width.to_degrees()
-    )]
-    GammaBeyondBeam {
-        /// The gate, radians.
-        gamma: f64,
-        /// Radians.
-        beam_width: f64,
-        /// The sonar's name.
-        sonar: String,
-    },
-    /// Not one reading in the window.
-    #[error(
-        "no reading lies in the window: the log has {readings} of them in {seconds:.3} s. Widen the \
-         window that --start and --end leave"
-    )]
-    EmptyWindow {
-        /// Readings of the log.
-        readings: usize,
-        /// From the first to the last.
-        seconds: f64,
-    },
-    /// Not one reading with a pose.
-    #[error(
-        "no frame could be opened: none of {readings} range readings ({ranges}) has a pose from \
-         {samples} odometry samples ({odometry}). {advice}"
-    )]
-    NoFrames {
-        /// Readings in the window.
-        readings: u64,
-        /// Their time span.
-        ranges: String,
-        /// Odometry samples.
-        samples: usize,
-        /// Their time span.
-        odometry: String,
-        /// What to do.
-        advice: &'static str,
-    },
-    /// The configuration.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// An observer could not go on.
-    #[error(transparent)]
-    Observer(#[from] ObserverError),
-}
+use outcome::associated;
 
 /// A log made ready.
 #[derive(Debug)]
@@ -87,33 +28,6 @@ pub struct Replay<'a> {
     source: Source,
     readings: &'a [RangeReading],
     selected: Vec<bool>,
-}
-
-/// What a replay came to.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Outcome {
-    /// Frames opened.
-    pub frames: u32,
-    /// Way from frame to frame, metres.
-    pub distance: f64,
-    /// What became of the readings.
-    pub tally: Tally,
-    /// Arcs by label.
-    pub labels: BTreeMap<&'static str, u64>,
-    /// Unidentified arcs by reason.
-    pub reasons: BTreeMap<&'static str, u64>,
-    /// Labelled arcs that their own readings contradict.
-    pub suspects: u64,
-    /// How far the ranges of each sonar scatter.
-    pub scattering: Scattering,
-    /// Where their variance comes from.
-    pub variance_from: VarianceFrom,
-    /// Readings that stand behind a registered or merged feature, each counted once.
-    pub associated_readings: u64,
-    /// Every closed run, in the order of extraction.
-    pub extractions: Vec<Extraction>,
-    /// The final map, by id.
-    pub map: Vec<MapFeature>,
 }
 
 impl<'a> Replay<'a> {
@@ -343,35 +257,6 @@ impl<'a> Replay<'a> {
             },
         }
     }
-}
-
-impl Outcome {
-    fn take(&mut self, step: &Step) {
-        step.arcs.iter().for_each(|arc| self.scattering.push(arc));
-        for verdict in &step.verdicts {
-            *self.labels.entry(verdict.label.name()).or_default() += 1;
-            if let Label::Unidentified(reason) = verdict.label {
-                *self.reasons.entry(reason.name()).or_default() += 1;
-            }
-        }
-        self.extractions.extend(step.extractions.iter().cloned());
-        let suspects = step.judgements.iter().filter(|j| j.is_suspect());
-        self.suspects += suspects.count() as u64;
-    }
-
-    /// How many arcs have a label.
-    pub fn labelled(&self, label: &str) -> u64 {
-        self.labels.get(label).copied().unwrap_or_default()
-    }
-}
-
-fn associated(extractions: &[Extraction]) -> u64 {
-    let arcs: BTreeSet<_> = extractions
-        .iter()
-        .filter(|extraction| !matches!(extraction.action, Action::Rejected(_)))
-        .flat_map(|extraction| &extraction.associated)
-        .collect();
-    arcs.len() as u64
 }
 
 /// The readings from `start` to `end` seconds after the first one.

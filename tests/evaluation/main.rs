@@ -18,6 +18,7 @@ use std::fs;
 use std::path::Path;
 
 use study::{Case, Drive, Rules, run};
+use tables::Row;
 
 /// Seeds of the study.
 const SEEDS: u64 = 20;
@@ -25,6 +26,9 @@ const SEEDS: u64 = 20;
 /// Where the tables stand on the page.
 const BEGIN: &str = "<!-- tables: begin -->\n";
 const END: &str = "<!-- tables: end -->\n";
+
+/// Seeds of the drives that are not in the room's main tables, and of the switches.
+const FEWER_SEEDS: u64 = 10;
 
 /// Every drive and noise of the study.
 fn cases() -> Vec<Case> {
@@ -34,17 +38,45 @@ fn cases() -> Vec<Case> {
         .collect()
 }
 
+/// Ten laps, and odometry that drifts.
+fn other_cases() -> Vec<Case> {
+    [Drive::TenLaps, Drive::LittleDrift, Drive::MuchDrift]
+        .into_iter()
+        .flat_map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }))
+        .collect()
+}
+
+/// Where the noise-aware rule is tried without each of its switches.
+fn cases_of_switches() -> Vec<Case> {
+    [
+        (Drive::Driven, 0.003),
+        (Drive::Driven, 0.010),
+        (Drive::TenLaps, 0.003),
+        (Drive::LittleDrift, 0.003),
+    ]
+    .map(|(drive, sigma)| Case { drive, sigma })
+    .to_vec()
+}
+
+fn rows(cases: &[Case], seeds: u64, rules: &Rules) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for case in cases {
+        for (rule, runs) in rules.names().zip(run(*case, 1..=seeds, rules)) {
+            rows.push((*case, rule, runs));
+        }
+    }
+    rows
+}
+
 #[test]
 #[ignore = "takes minutes; docs/evaluation.md says how to run it"]
 fn the_page_holds_what_the_study_finds() {
     let rules = Rules::all();
-    let mut rows = Vec::new();
-    for case in cases() {
-        for (rule, runs) in rules.names().zip(run(case, 1..=SEEDS, &rules)) {
-            rows.push((case, rule, runs));
-        }
-    }
-    let found = tables::all(&rows, SEEDS);
+    let mut found = tables::all(&rows(&cases(), SEEDS, &rules), SEEDS);
+    let others = rows(&other_cases(), FEWER_SEEDS, &rules);
+    found.push_str(&tables::others(&others, FEWER_SEEDS));
+    let without = rows(&cases_of_switches(), FEWER_SEEDS, &Rules::without_each());
+    found.push_str(&tables::switches(&without, FEWER_SEEDS));
     println!("{found}");
 
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evaluation.md");

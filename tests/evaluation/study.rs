@@ -7,6 +7,7 @@ use tmam_replay::config::Config;
 use tmam_replay::config::file::parse;
 use tmam_replay::evaluate::truth::AGREEING_RANGE;
 use tmam_replay::evaluate::{Evaluation, Truth, evaluate};
+use tmam_replay::geometry::Vec2;
 use tmam_replay::log::read_with_truth_in;
 use tmam_replay::replay::Replay;
 use tmam_replay::simulate::{
@@ -21,7 +22,26 @@ pub enum Drive {
     Stepwise,
     /// It does not stop, and its sonars fire in turn.
     Driven,
+    /// The same, ten times round.
+    TenLaps,
+    /// Driven once round with odometry that drifts by 2 mm and 0.05 deg after a metre, and by 0.1 deg
+    /// after turning by a radian.
+    LittleDrift,
+    /// Driven once round with odometry that drifts by 1 cm and 0.2 deg after a metre, and by 0.5 deg
+    /// after turning by a radian.
+    MuchDrift,
 }
+
+/// A loop through the room, as `Path::room` has it.
+const LOOP: [(f64, f64); 7] = [
+    (1.0, 1.0),
+    (3.0, 1.0),
+    (3.0, 3.0),
+    (7.0, 3.0),
+    (7.0, 4.0),
+    (1.0, 4.0),
+    (1.0, 1.0),
+];
 
 /// One drive at one noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +58,9 @@ impl Case {
         let drive = match self.drive {
             Drive::Stepwise => "stepwise",
             Drive::Driven => "driven",
+            Drive::TenLaps => "ten laps",
+            Drive::LittleDrift => "little drift",
+            Drive::MuchDrift => "much drift",
         };
         format!("{drive}, {:.0} mm", self.sigma * 1e3)
     }
@@ -45,17 +68,24 @@ impl Case {
     fn log(&self, seed: u64) -> Vec<u8> {
         let simulation = Simulation {
             world: World::room(),
-            path: Path::room(),
+            path: match self.drive {
+                Drive::TenLaps => ten_times_round(),
+                _ => Path::room(),
+            },
             motion: match self.drive {
                 Drive::Stepwise => Motion::Stepwise(Stepwise::default()),
-                Drive::Driven => Motion::Driving(Driving::default()),
+                _ => Motion::Driving(Driving::default()),
             },
             ring: Ring::default(),
             range_noise: RangeNoise {
                 sigma: self.sigma,
                 ..RangeNoise::default()
             },
-            odometry_noise: OdometryNoise::default(),
+            odometry_noise: match self.drive {
+                Drive::LittleDrift => drift(0.002, 0.05, 0.1),
+                Drive::MuchDrift => drift(0.01, 0.2, 0.5),
+                _ => OdometryNoise::default(),
+            },
             seed,
         };
         simulation
@@ -64,6 +94,37 @@ impl Case {
             .into_inner()
     }
 }
+
+/// Metres and degrees after a metre, degrees after a radian.
+fn drift(distance: f64, heading: f64, turn: f64) -> OdometryNoise {
+    OdometryNoise {
+        distance,
+        heading: heading.to_radians(),
+        turn: turn.to_radians(),
+    }
+}
+
+fn ten_times_round() -> Path {
+    let point = |(x, y): &(f64, f64)| Vec2::new(*x, *y);
+    let mut waypoints = vec![point(&LOOP[0])];
+    for _ in 0..10 {
+        waypoints.extend(LOOP[1..].iter().map(point));
+    }
+    Path::new(&waypoints).unwrap()
+}
+
+/// The switches of the noise-aware rule.
+const SWITCHES: [&str; 9] = [
+    "label_by_opinion",
+    "converge",
+    "reject_misfits",
+    "reject_mirrored",
+    "fuse_by_information",
+    "merge",
+    "confirm",
+    "end_at_corners",
+    "gather",
+];
 
 /// The rules that are compared, each with nothing else changed.
 pub struct Rules(Vec<(&'static str, Config)>);
@@ -76,6 +137,16 @@ impl Rules {
             Some((name, config))
         });
         Self(known.collect())
+    }
+
+    /// The noise-aware rule, and it without each of its switches.
+    pub fn without_each() -> Self {
+        let mut rules = vec![("all", Config::default())];
+        for switch in SWITCHES {
+            let text = format!("[noise_aware]\n{switch} = false");
+            rules.push((switch, parse(&text).unwrap()));
+        }
+        Self(rules)
     }
 
     pub fn names(&self) -> impl Iterator<Item = &'static str> {

@@ -73,6 +73,12 @@ fn closer(evaluation: &Evaluation) -> [bool; 12] {
     closer
 }
 
+/// In how many seeds all twelve are closer.
+pub fn complete(runs: &[Evaluation]) -> usize {
+    let all = |run: &&Evaluation| closer(run).iter().all(|closer| *closer);
+    runs.iter().filter(all).count()
+}
+
 /// How many of the twelve are closer, and in how many seeds each is not.
 pub fn table(rows: &[Row], seeds: u64) -> String {
     let mut text = format!(

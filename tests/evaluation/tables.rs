@@ -32,6 +32,74 @@ pub fn all(rows: &[Row], seeds: u64) -> String {
     text
 }
 
+/// Ten laps, and odometry that drifts.
+pub fn others(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(
+        &mut text,
+        "Ten laps, and drift",
+        &summary(rows, "rule", seeds),
+    );
+    text
+}
+
+/// The noise-aware rule without each of its switches.
+pub fn switches(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(
+        &mut text,
+        "Without one switch",
+        &summary(rows, "without", seeds),
+    );
+    text
+}
+
+/// One row for all that matters of a case.
+fn summary(rows: &[Row], second: &str, seeds: u64) -> String {
+    let exact = format!("exact of {seeds}");
+    let twice = |e: &Evaluation| {
+        (e.confirmed.lines.duplicates.len() + e.confirmed.points.duplicates.len()) as u64
+    };
+    let spurious = |e: &Evaluation| {
+        (e.confirmed.lines.spurious.len() + e.confirmed.points.spurious.len()) as u64
+    };
+    let missed =
+        |e: &Evaluation| (e.confirmed.lines.missed.len() + e.confirmed.points.missed.len()) as u64;
+    let text = table(
+        rows,
+        &[
+            ("labelled %", &|r| {
+                percent(sum(r, |e| e.labels.given()), sum(r, |e| e.labels.arcs))
+            }),
+            ("wrong of given %", &|r| {
+                percent(
+                    sum(r, |e| e.labels.wrong_labels()),
+                    sum(r, |e| e.labels.given()),
+                )
+            }),
+            (&exact, &|r| {
+                sum(r, |e| u64::from(e.confirmed.is_exact())).to_string()
+            }),
+            ("missed", &|r| each(r, missed)),
+            ("twice", &|r| each(r, twice)),
+            ("else spurious", &|r| each(r, spurious)),
+            ("NEES lines", &|r| {
+                mean_nees(r, |e| e.confirmed.lines.errors.nees)
+            }),
+            ("NEES points", &|r| {
+                mean_nees(r, |e| e.confirmed.points.errors.nees)
+            }),
+            ("Table I, all twelve", &|r| {
+                table_one::complete(r).to_string()
+            }),
+        ],
+    );
+    format!(
+        "Maps are the confirmed ones; exact and Table I are of {seeds} seeds, counts per seed.\n\n{}",
+        text.replacen("| room | rule |", &format!("| room | {second} |"), 1)
+    )
+}
+
 fn section(text: &mut String, title: &str, table: &str) {
     let _ = write!(text, "\n### {title}\n\n{table}");
 }
@@ -177,20 +245,20 @@ fn map(rows: &[Row], exact: &str, of: fn(&Evaluation) -> &MapScore) -> String {
     )
 }
 
+fn mean_nees(runs: &[Evaluation], of: fn(&Evaluation) -> Nees) -> String {
+    let (mut total, mut features) = (0.0, 0);
+    for nees in runs.iter().map(of) {
+        total += nees.mean.unwrap_or(0.0) * nees.features as f64;
+        features += nees.features;
+    }
+    match features {
+        0 => "-".to_owned(),
+        n => format!("{:.2}", total / n as f64),
+    }
+}
+
 fn covariances(rows: &[Row]) -> String {
-    let nees = |of: fn(&Evaluation) -> Nees| {
-        move |runs: &[Evaluation]| {
-            let (mut total, mut features) = (0.0, 0);
-            for nees in runs.iter().map(of) {
-                total += nees.mean.unwrap_or(0.0) * nees.features as f64;
-                features += nees.features;
-            }
-            match features {
-                0 => "-".to_owned(),
-                n => format!("{:.2}", total / n as f64),
-            }
-        }
-    };
+    let nees = |of: fn(&Evaluation) -> Nees| move |runs: &[Evaluation]| mean_nees(runs, of);
     format!(
         "Normalised error squared per degree of freedom, mean over features and seeds.\n\n{}",
         table(

@@ -2,7 +2,7 @@
 
 use super::start::start;
 use super::{Demands, Estimate, Fit, Model, iterate, weighted_square_sum};
-use crate::tmam::arc::{Arc, ArcId, BEAM_SLACK};
+use crate::tmam::arc::{Arc, ArcId};
 use crate::tmam::feature::Rejection;
 use crate::tmam::opinion::Gate;
 
@@ -37,7 +37,7 @@ pub fn estimate(model: &impl Model, arcs: &[Arc], demands: &Demands) -> Result<E
         if chi2 >= allowed || 2 * kept.len() < arcs.len() {
             estimate.rejection = Some(Rejection::Misfit);
         }
-        slack = BEAM_SIGMAS * model.bearing_variance(&estimate, first).max(0.0).sqrt();
+        slack = slack_of(model, &estimate, first);
     }
     let held = |arc: &Arc| model.in_beam(estimate.parameters, arc, slack);
     if !kept.iter().all(held) {
@@ -122,6 +122,11 @@ fn best_cut(model: &impl Model, kept: &[Arc], gate: &Gate, single: bool) -> Opti
         .map(|(_, cut)| cut)
 }
 
+/// By how much a feature may lie outside a beam, radians.
+fn slack_of(model: &impl Model, estimate: &Estimate, first: &Arc) -> f64 {
+    BEAM_SIGMAS * model.bearing_variance(estimate, first).max(0.0).sqrt()
+}
+
 /// Whether the mirror image at the robot's path lies in the beams and fits as well.
 fn has_double(model: &impl Model, estimate: &Estimate, arcs: &[Arc], lead: f64) -> bool {
     let (Some(first), Some(last)) = (arcs.first(), arcs.last()) else {
@@ -132,12 +137,14 @@ fn has_double(model: &impl Model, estimate: &Estimate, arcs: &[Arc], lead: f64) 
         return false;
     };
     let cost = |of: &Estimate| weighted_square_sum(model, of.parameters, arcs);
+    // At the edge of a beam, noise alone says which of the two it holds.
+    let slack = slack_of(model, &double, first);
     let apart = (double.parameters - estimate.parameters).norm() > 1e-6;
     apart
         && cost(&double) - cost(estimate) < lead
         && arcs
             .iter()
-            .all(|arc| model.in_beam(double.parameters, arc, BEAM_SLACK))
+            .all(|arc| model.in_beam(double.parameters, arc, slack))
 }
 
 #[cfg(test)]
@@ -220,5 +227,30 @@ mod tests {
             rejected += u32::from(edge(Demands::default()));
         }
         assert!(rejected > 0, "the paper's rule has no slack");
+    }
+
+    #[test]
+    fn a_wall_at_the_edge_of_a_beam_has_its_double_at_the_other_edge() {
+        // Looking ahead with a beam of 180 degrees, along a wall: noise tilts it in or out of the beam.
+        for seed in 0..10 {
+            let mut arcs = arcs(|_| 2.0, 12, seed);
+            for arc in &mut arcs {
+                arc.world_from_sensor.yaw = 0.0;
+                arc.beam_width = std::f64::consts::PI;
+            }
+            let demands = Demands {
+                converge: true,
+                misfits: Some(Gate::new(6.63)),
+                mirrored: Some(13.0),
+            };
+            let fit = fit_line(&arcs, &demands);
+            assert!(
+                matches!(
+                    fit.rejection,
+                    Some(Rejection::Mirrored | Rejection::NoStart)
+                ),
+                "{seed}: {fit:?}"
+            );
+        }
     }
 }

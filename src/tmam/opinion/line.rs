@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix2;
 
-use super::minimum::least;
-use crate::geometry::{Vec2, unit, wrap_angle};
+use super::minimum::{Bearings, least};
+use crate::geometry::{Vec2, wrap_angle};
 use crate::tmam::arc::{Arc, BEAM_SLACK};
 
 /// The least chi2 of a line whose normal lies in all beams; infinite where they have no bearing in
@@ -30,11 +30,15 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         linear += s * (r / arc.variance);
         quadratic += s * s.transpose() / arc.variance;
     }
-    let chi2 = |offset: f64| {
-        let normal = unit(yaw + offset);
+    let chi2 = |normal: Vec2| {
         (constant + 2.0 * linear.dot(&normal) + normal.dot(&(quadratic * normal))).max(0.0)
     };
-    least(low, high, chi2).1
+    let bearings = Bearings {
+        axis: yaw,
+        low,
+        high,
+    };
+    least(&bearings, chi2, chi2).1
 }
 
 /// The bearings that all beams hold, as offsets from the yaw of the first one.
