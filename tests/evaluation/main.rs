@@ -73,6 +73,8 @@ fn rows(cases: &[Case], seeds: u64, rules: &Rules) -> Vec<Row> {
 fn the_page_holds_what_the_study_finds() {
     let rules = Rules::all();
     let mut found = tables::all(&rows(&cases(), SEEDS, &rules), SEEDS);
+    let measured = rows(&cases(), SEEDS, &Rules::measuring());
+    found.push_str(&tables::measured(&measured, SEEDS));
     let others = rows(&other_cases(), FEWER_SEEDS, &rules);
     found.push_str(&tables::others(&others, FEWER_SEEDS));
     let without = rows(&cases_of_switches(), FEWER_SEEDS, &Rules::without_each());

@@ -114,10 +114,11 @@ fn ten_times_round() -> Path {
 }
 
 /// The switches of the noise-aware rule.
-const SWITCHES: [&str; 9] = [
+const SWITCHES: [&str; 10] = [
     "label_by_opinion",
     "converge",
     "reject_misfits",
+    "break_runs",
     "reject_mirrored",
     "fuse_by_information",
     "merge",
@@ -137,6 +138,12 @@ impl Rules {
             Some((name, config))
         });
         Self(known.collect())
+    }
+
+    /// The noise-aware rule where the messages' variance is not believed and sigma is measured.
+    pub fn measuring() -> Self {
+        let config = parse("[noise]\ntrust_variance = false").unwrap();
+        Self(vec![("noise-aware", config)])
     }
 
     /// The noise-aware rule, and it without each of its switches.

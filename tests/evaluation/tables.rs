@@ -43,6 +43,17 @@ pub fn others(rows: &[Row], seeds: u64) -> String {
     text
 }
 
+/// Sigma as measured from the ranges.
+pub fn measured(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(
+        &mut text,
+        "Without variance in the messages",
+        &summary(rows, "rule", seeds),
+    );
+    text
+}
+
 /// The noise-aware rule without each of its switches.
 pub fn switches(rows: &[Row], seeds: u64) -> String {
     let mut text = String::new();
