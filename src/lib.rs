@@ -33,6 +33,7 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod rounding;
+pub mod schema;
 pub mod simulate;
 pub mod sweep;
 pub mod tmam;

@@ -12,11 +12,12 @@ use crate::rounding::rounded;
 pub const SCHEMA: &str = "tmam.check/1";
 
 /// The report as JSON.
-pub fn json(reports: &[Report]) -> Json {
+pub fn json(reports: &[Report], notes: &[String]) -> Json {
     json!({
         "schema": SCHEMA,
         "tool": {"name": "tmam", "version": env!("CARGO_PKG_VERSION")},
         "exit_code": exit_code(reports),
+        "notes": notes,
         "logs": reports.iter().map(log).collect::<Vec<_>>(),
     })
 }
@@ -142,7 +143,8 @@ fn change(change: &Change) -> Json {
     })
 }
 
-fn labels(run: &LabelRun) -> Json {
+/// Labels that changed alike, arc by arc.
+pub fn labels(run: &LabelRun) -> Json {
     let (state, golden, actual, reason) = match run.change {
         LabelChange::Flipped {
             golden,

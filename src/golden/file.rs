@@ -11,6 +11,7 @@ use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::config::Config;
 use crate::config::file::{ConfigError, check};
+use crate::schema::{Relation, in_words, of_file, relation};
 
 /// The format's name and version.
 pub const SCHEMA: &str = "tmam.golden/1";
@@ -65,16 +66,19 @@ pub enum GoldenError {
     #[error(
         "{} has the schema `{found}`, and this is tmam {}, which reads `{SCHEMA}`. {}",
         path.display(), env!("CARGO_PKG_VERSION"),
-        if *.newer { "Install the tmam that wrote it, or bless it again with this one after removing the file" }
-        else { "It is no golden file" }
+        match .relation {
+            Relation::Newer => "Install the tmam that wrote it, or bless it again with this one after removing the file",
+            Relation::Older => "Remove it and bless it again with this one",
+            Relation::Same | Relation::Other => "It is no golden file",
+        }
     )]
     Schema {
         /// The file.
         path: PathBuf,
         /// Its schema.
         found: String,
-        /// Whether a later version wrote it.
-        newer: bool,
+        /// How it stands to the one that is known.
+        relation: Relation,
     },
     /// It is not what its schema says.
     #[error(
@@ -110,11 +114,6 @@ struct File {
     features: Option<Rows>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     labels: Option<LabelTable>,
-}
-
-#[derive(Deserialize)]
-struct Head {
-    schema: String,
 }
 
 impl Golden {
@@ -155,15 +154,18 @@ impl Golden {
             path: path.to_owned(),
             reason,
         };
-        let head: Head = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
-        if head.schema != SCHEMA {
+        let found = of_file(bytes)
+            .map_err(malformed)?
+            .ok_or_else(|| malformed("it does not say its schema".to_owned()))?;
+        let relation = relation(&found, SCHEMA);
+        if relation != Relation::Same {
             return Err(GoldenError::Schema {
                 path: path.to_owned(),
-                newer: head.schema.starts_with("tmam.golden/"),
-                found: head.schema,
+                relation,
+                found,
             });
         }
-        let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
         let unrecorded = file
             .config
             .as_ref()

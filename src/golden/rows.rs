@@ -184,9 +184,18 @@ impl From<Rows> for Vec<Feature> {
 
 /// What of `features.json` is compared; the rest is passed over.
 #[derive(Deserialize)]
-struct FeaturesFile {
+pub struct FeaturesFile {
     features: Vec<Extracted>,
     map: MapLists,
+    config: Option<serde_json::Value>,
+    source: Option<SourceRow>,
+}
+
+#[derive(Deserialize)]
+struct SourceRow {
+    complete: bool,
+    #[serde(default)]
+    lost: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -223,50 +232,67 @@ enum Readings {
     Count(u32),
 }
 
-/// The results in the text of a `features.json`; it holds no labels.
-///
-/// # Errors
-/// When the text is no features file.
-pub fn from_features_file(text: &str) -> Result<Results, serde_json::Error> {
-    let file: FeaturesFile = serde_json::from_str(text)?;
-    let mut spans = std::collections::BTreeMap::<u32, [u32; 2]>::new();
-    for row in &file.features {
-        if let (Some(id), Some(first), Some(last)) = (row.map_id, row.first_frame, row.last_frame) {
-            let span = spans.entry(id).or_insert([first, last]);
-            *span = [span[0].min(first), span[1].max(last)];
+impl FeaturesFile {
+    /// The configuration that it came from, as it is written there.
+    pub fn config(&self) -> Option<serde_json::Value> {
+        self.config.clone()
+    }
+
+    /// What could not be read of its log; empty for a whole one.
+    pub fn losses(&self) -> Vec<String> {
+        match &self.source {
+            Some(source) if !source.complete && source.lost.is_empty() => {
+                vec!["part of the log".to_owned()]
+            }
+            Some(source) => source.lost.clone(),
+            None => Vec::new(),
         }
     }
-    let lines = file
-        .map
-        .lines
-        .into_iter()
-        .map(|row| row.feature(Kind::Line));
-    let points = file
-        .map
-        .points
-        .into_iter()
-        .map(|row| row.feature(Kind::Point));
-    let mut map: Vec<Feature> = lines
-        .chain(points)
-        .map(|feature| Feature {
-            frames: spans.get(&feature.id).copied(),
-            ..feature
-        })
-        .collect();
-    map.sort_by_key(|feature| feature.id);
-    let extracted = file
-        .features
-        .into_iter()
-        .map(|row| {
-            let kind = row.kind.map_or(Kind::Line, Kind::from);
-            row.feature(kind)
-        })
-        .collect();
-    Ok(Results {
-        map,
-        extracted,
-        labels: None,
-    })
+
+    /// The results in it: no labels.
+    pub fn into_results(self) -> Results {
+        let file = self;
+        let mut spans = std::collections::BTreeMap::<u32, [u32; 2]>::new();
+        for row in &file.features {
+            if let (Some(id), Some(first), Some(last)) =
+                (row.map_id, row.first_frame, row.last_frame)
+            {
+                let span = spans.entry(id).or_insert([first, last]);
+                *span = [span[0].min(first), span[1].max(last)];
+            }
+        }
+        let lines = file
+            .map
+            .lines
+            .into_iter()
+            .map(|row| row.feature(Kind::Line));
+        let points = file
+            .map
+            .points
+            .into_iter()
+            .map(|row| row.feature(Kind::Point));
+        let mut map: Vec<Feature> = lines
+            .chain(points)
+            .map(|feature| Feature {
+                frames: spans.get(&feature.id).copied(),
+                ..feature
+            })
+            .collect();
+        map.sort_by_key(|feature| feature.id);
+        let extracted = file
+            .features
+            .into_iter()
+            .map(|row| {
+                let kind = row.kind.map_or(Kind::Line, Kind::from);
+                row.feature(kind)
+            })
+            .collect();
+        Results {
+            map,
+            extracted,
+            labels: None,
+        }
+    }
 }
 
 impl Extracted {
