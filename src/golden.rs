@@ -40,7 +40,7 @@ pub use difference::{
 pub use digest::digest;
 pub use file::{Golden, GoldenError, LogInfo, SCHEMA, Tool, as_recorded};
 pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
-pub use results::{Feature, Geometry, LabelledArc, Labels, Mark, Results};
+pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Results};
 pub use rows::FeaturesFile;
 pub use text::{counts, describe, in_frames};
 pub use tolerance::{Tolerance, ToleranceError};

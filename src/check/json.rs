@@ -4,7 +4,8 @@ use serde_json::{Value as Json, json};
 
 use super::{Report, exit_code};
 use crate::golden::{
-    Change, Difference, FeatureDifference, LabelChange, LabelRun, Set, State, Value, describe,
+    Change, Difference, FeatureDifference, LabelChange, LabelRun, Margin, Set, State, Value,
+    describe,
 };
 use crate::rounding::rounded;
 
@@ -155,7 +156,14 @@ pub fn labels(run: &LabelRun) -> Json {
         LabelChange::New(mark) => ("new", None, Some(mark), None),
     };
     let arcs = run.arcs.iter().map(|arc| {
-        json!({"stamp_ns": arc.stamp_ns, "frame": arc.frame, "margin": arc.margin.map(rounded)})
+        let unit = arc.margin.map(|margin| match margin {
+            Margin::Angle(_) => "rad",
+            Margin::Chi2(_) => "chi2",
+        });
+        json!({
+            "stamp_ns": arc.stamp_ns, "frame": arc.frame,
+            "margin": arc.margin.map(|margin| rounded(margin.value())), "margin_unit": unit,
+        })
     });
     json!({
         "kind": "labels", "state": state, "sensor": run.sensor,

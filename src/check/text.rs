@@ -142,8 +142,9 @@ fn kinds(
         .map(|run| describe(&Difference::Labels(run.clone()), recording))
         .collect();
     let near = format!(
-        "borderline labels (less than {} deg to spare){}",
+        "borderline labels (less than {} deg or chi2 {} to spare){}",
         (tolerance.borderline.to_degrees() * 1e4).round() / 1e4,
+        tolerance.borderline_chi2,
         if strict {
             ""
         } else {

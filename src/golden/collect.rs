@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::results::{Feature, LabelledArc, Labels, Mark, Results, micro};
+use super::results::{Feature, LabelledArc, Labels, Margin, Mark, Results, micro};
 use crate::event::Sonar;
 use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError};
@@ -120,7 +120,10 @@ fn labelled(verdict: &Verdict, stamp_ns: i64) -> LabelledArc {
             Label::Unidentified(_) => Mark::Unidentified,
         },
         frame: Some(verdict.arc.frame),
-        margin: verdict.margin,
+        margin: verdict
+            .margin
+            .map(Margin::Angle)
+            .or(verdict.chi2_margin.map(Margin::Chi2)),
         reason: verdict.label.reason().map(|reason| reason.name()),
     }
 }

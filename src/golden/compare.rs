@@ -27,7 +27,7 @@ pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Com
         );
     }
     if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
-        let (clear, borderline) = compare_labels(golden, actual, tolerance.borderline);
+        let (clear, borderline) = compare_labels(golden, actual, tolerance);
         found
             .differences
             .extend(clear.into_iter().map(Difference::Labels));

@@ -1,13 +1,13 @@
 //! What a comparison found.
 
-use super::results::{Feature, Mark};
+use super::results::{Feature, Margin, Mark};
 
 /// The outcome of a comparison.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
     /// What differs: the log, then the map, the extracted features, the labels.
     pub differences: Vec<Difference>,
-    /// Labels that flipped with less than the tolerance `borderline` to spare.
+    /// Labels that flipped with less than the tolerances `borderline` and `borderline_chi2` to spare.
     pub borderline: Vec<LabelRun>,
     /// Whether both sides have labels to compare.
     pub labels_compared: bool,
@@ -161,8 +161,8 @@ pub struct StrayedArc {
     pub stamp_ns: i64,
     /// Its frame, or for an arc that is gone the one that it would be in.
     pub frame: Option<u32>,
-    /// Radians that its present label has to spare.
-    pub margin: Option<f64>,
+    /// What its present label has to spare.
+    pub margin: Option<Margin>,
 }
 
 impl FeatureDifference {

@@ -81,10 +81,28 @@ pub struct LabelledArc {
     pub mark: Mark,
     /// Its frame, where that is known.
     pub frame: Option<u32>,
-    /// Radians to the nearest bound that would change the label, where that is known.
-    pub margin: Option<f64>,
+    /// How far it is from another label, where that is known.
+    pub margin: Option<Margin>,
     /// Why it is unidentified, where that is known. Never compared.
     pub reason: Option<&'static str>,
+}
+
+/// What a label has to spare, or lacks to become another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Margin {
+    /// Radians: angles decide, under the paper's rule.
+    Angle(f64),
+    /// Weighted squares of residuals: readings decide, under the noise-aware rule.
+    Chi2(f64),
+}
+
+impl Margin {
+    /// Its number, to order margins of a kind.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Angle(value) | Self::Chi2(value) => value,
+        }
+    }
 }
 
 /// A label without its reason.
