@@ -28,19 +28,20 @@ mod layout;
 mod pairing;
 mod results;
 mod rows;
+mod sonars;
 mod text;
 mod tolerance;
 
 pub use collect::Collector;
 pub use compare::compare;
 pub use difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, State,
-    StrayedArc, Value,
+    Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, SonarDifference,
+    State, StrayedArc, Value,
 };
 pub use digest::digest;
 pub use file::{Golden, GoldenError, LogInfo, SCHEMA, Tool, as_recorded};
 pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
-pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Results};
+pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, Results};
 pub use rows::FeaturesFile;
 pub use text::{counts, describe, in_frames};
 pub use tolerance::{Tolerance, ToleranceError};

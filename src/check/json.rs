@@ -50,6 +50,10 @@ pub fn difference(one: &Difference) -> Json {
         Difference::Log { golden, actual } => {
             json!({"kind": "log", "golden": golden, "actual": actual})
         }
+        Difference::Sonar(sonar) => json!({
+            "kind": "sonar", "sensor": sonar.sensor,
+            "changes": sonar.changes.iter().map(change).collect::<Vec<_>>(),
+        }),
         Difference::Feature(feature) => self::feature(feature),
         Difference::Labels(run) => labels(run),
     };

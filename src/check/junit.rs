@@ -193,7 +193,7 @@ fn cases(report: &Report, strict: bool) -> Vec<Case> {
         return vec![case("golden file", Outcome::Passed)];
     };
     let sections = sections(found, report.recording.as_deref(), strict);
-    let mut kinds = vec!["log", "map", "extracted features", "labels"];
+    let mut kinds = vec!["log", "sonars", "map", "extracted features", "labels"];
     if strict {
         kinds.push("borderline labels");
     }

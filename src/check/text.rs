@@ -156,6 +156,10 @@ fn kinds(
             "log".to_owned(),
             lines(&|one| matches!(one, Difference::Log { .. })),
         ),
+        (
+            "sonars".to_owned(),
+            lines(&|one| matches!(one, Difference::Sonar(_))),
+        ),
         ("map".to_owned(), lines(&in_set(Set::Map))),
         (
             "extracted features".to_owned(),

@@ -115,6 +115,7 @@ mod tests {
         Labels {
             sonars: [("a".to_owned(), arcs.collect())].into(),
             frame_stamps: vec![0, 20, 40],
+            ..Labels::default()
         }
     }
 

@@ -1,5 +1,6 @@
 //! What is compared: the map, the extracted features, and the label of every arc.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::geometry::{Vec2, direction, unit, wrap_angle};
@@ -70,6 +71,19 @@ pub struct Labels {
     pub sonars: BTreeMap<String, Vec<LabelledArc>>,
     /// The stamp of every frame; empty where frames are not known.
     pub frame_stamps: Vec<i64>,
+    /// Where each sonar measured from and what, by its name; empty where that is not known.
+    pub measured: BTreeMap<String, Measured>,
+}
+
+/// What one sonar's arcs have in common: so that a sonar that is mounted otherwise, or measures
+/// otherwise, is named even where no label changes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// The sonar in the robot's frame: x, y in metres and yaw in radians.
+    pub mount: [f64; 3],
+    /// The mean range of its arcs, metres.
+    pub mean_range: f64,
 }
 
 /// The label of one arc.

@@ -20,6 +20,10 @@ pub fn describe(difference: &Difference, recording: Option<&Path>) -> String {
                 short(actual)
             )
         }
+        Difference::Sonar(sonar) => {
+            let changes: Vec<String> = sonar.changes.iter().map(change).collect();
+            format!("{}: {}", sonar.sensor, changes.join("; "))
+        }
         Difference::Feature(feature) => {
             format!(
                 "{}{}",
