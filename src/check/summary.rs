@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::sketch::sketch;
 use super::text::{SHOWN, closing, sections};
 use super::{Report, Verdict};
+use crate::golden::{Difference, Set};
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
 const MOST_BYTES: usize = 1_000_000;
@@ -41,7 +42,7 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
     }
     if !reports.is_empty() {
         text.push_str(
-            "| log | verdict | map | features | labels | borderline |\n|---|---|--:|--:|--:|--:|\n",
+            "| log | verdict | sonars | map | features | labels | borderline |\n|---|---|--:|--:|--:|--:|--:|\n",
         );
     }
     let mut rows_left_out = 0_usize;
@@ -92,7 +93,7 @@ fn row(report: &Report) -> String {
         code(&report.log.display().to_string()),
         verdict(report),
         numbers(report).map_or_else(
-            || "- | - | - | -".to_owned(),
+            || "- | - | - | - | -".to_owned(),
             |n| n.map(|n| n.to_string()).join(" | ")
         ),
     )
@@ -114,12 +115,13 @@ fn verdict(report: &Report) -> String {
     }
 }
 
-/// Differences in the map, the extracted features and the labels, and borderline labels.
-fn numbers(report: &Report) -> Option<[usize; 4]> {
-    use crate::golden::Set;
+/// Differences in the sonars, the map, the extracted features and the labels, and borderline labels.
+fn numbers(report: &Report) -> Option<[usize; 5]> {
     let found = &report.found.as_ref()?.comparison;
     let arcs = |runs: &mut dyn Iterator<Item = usize>| runs.sum();
+    let is_sonar = |one: &&Difference| matches!(one, Difference::Sonar(_));
     Some([
+        found.differences.iter().filter(is_sonar).count(),
         found.features(Set::Map).count(),
         found.features(Set::Extracted).count(),
         arcs(&mut found.labels().map(|run| run.arcs.len())),
