@@ -20,6 +20,8 @@ mod collect;
 mod compare;
 mod difference;
 mod digest;
+mod error;
+mod features_file;
 mod file;
 mod hold;
 mod label_table;
@@ -31,6 +33,7 @@ mod rows;
 mod sonars;
 mod text;
 mod tolerance;
+mod unrecorded;
 
 pub use collect::Collector;
 pub use compare::compare;
@@ -39,9 +42,10 @@ pub use difference::{
     State, StrayedArc, Value,
 };
 pub use digest::digest;
-pub use file::{Golden, GoldenError, LogInfo, SCHEMA, Tool, as_recorded};
+pub use error::GoldenError;
+pub use features_file::FeaturesFile;
+pub use file::{Golden, LogInfo, SCHEMA, Tool, as_recorded};
 pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
 pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, Results};
-pub use rows::FeaturesFile;
 pub use text::{counts, describe, in_frames};
 pub use tolerance::{Tolerance, ToleranceError};

@@ -10,6 +10,7 @@
 //! events    at a time   features
 //! ```
 
+pub mod assignment;
 pub mod check;
 pub mod cli;
 pub mod config;

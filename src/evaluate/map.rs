@@ -1,9 +1,9 @@
 //! Map features against the walls and points of the world.
 
-use super::assignment::assign;
 use super::errors::Errors;
 use super::matching::{Comparison, TrueLine, compare};
 use super::truth::Truth;
+use crate::assignment::assign;
 use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
 use crate::world::Reflector;
 

@@ -1,14 +1,16 @@
 //! The golden file: written, read, and refused where it makes no sense.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::GoldenError;
 use super::label_table::LabelTable;
 use super::layout::render;
 use super::results::Results;
 use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
+use super::unrecorded::unrecorded;
 use crate::config::Config;
 use crate::config::file::{ConfigError, check};
 use crate::schema::{Relation, in_words, of_file, relation};
@@ -49,54 +51,6 @@ pub struct LogInfo {
     pub file: String,
     /// [`digest`](super::digest()) of its events.
     pub events_sha256: String,
-}
-
-/// Why a golden file cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum GoldenError {
-    /// It cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It is of another kind, or of a version that this program does not know.
-    #[error(
-        "{} has the schema `{found}`, and this is tmam {}, which reads `{SCHEMA}`. {}",
-        path.display(), env!("CARGO_PKG_VERSION"),
-        match .relation {
-            Relation::Newer => "Install the tmam that wrote it, or bless it again with this one after removing the file",
-            Relation::Older => "Remove it and bless it again with this one",
-            Relation::Same | Relation::Other => "It is no golden file",
-        }
-    )]
-    Schema {
-        /// The file.
-        path: PathBuf,
-        /// Its schema.
-        found: String,
-        /// How it stands to the one that is known.
-        relation: Relation,
-    },
-    /// It is not what its schema says.
-    #[error(
-        "{} is no golden file as tmam writes it: {reason}. Mend it, take it back from version control, \
-         or remove it and bless anew", path.display()
-    )]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A parameter that JSON cannot hold.
-    #[error("the configuration cannot be recorded in a golden file: {reason}")]
-    Config {
-        /// Why.
-        reason: String,
-    },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -266,41 +220,6 @@ impl File {
                 labels,
             },
         })
-    }
-}
-
-/// Parameters that the program has and the file does not record.
-fn unrecorded(bytes: &[u8], config: &Config) -> Vec<String> {
-    let recorded = serde_json::from_slice(bytes)
-        .ok()
-        .and_then(|file: serde_json::Value| file.get("config").cloned());
-    let (Some(recorded), Ok(full)) = (recorded, serde_json::to_value(config)) else {
-        return Vec::new();
-    };
-    let mut missing = Vec::new();
-    absent(&recorded, &full, "", &mut missing);
-    missing
-}
-
-fn absent(
-    recorded: &serde_json::Value,
-    full: &serde_json::Value,
-    path: &str,
-    missing: &mut Vec<String>,
-) {
-    let (Some(recorded), Some(full)) = (recorded.as_object(), full.as_object()) else {
-        return;
-    };
-    for (key, value) in full {
-        let path = if path.is_empty() {
-            key.clone()
-        } else {
-            format!("{path}.{key}")
-        };
-        match recorded.get(key) {
-            Some(recorded) => absent(recorded, value, &path, missing),
-            None => missing.push(path),
-        }
     }
 }
 

@@ -51,7 +51,7 @@ mod tests {
                 ..Labels::default()
             }
         };
-        let golden = with([0.1, 0.2, 3.14], 2.0);
+        let golden = with([0.1, 0.2, 3.138], 2.0);
         let what = |actual: &Labels| -> Vec<&str> {
             let found = compare_sonars(&golden, actual, &Tolerance::default());
             found
@@ -59,10 +59,10 @@ mod tests {
                 .flat_map(|one| one.changes.iter().map(|change| change.what))
                 .collect()
         };
-        assert_eq!(what(&with([0.105, 0.2, -3.14], 2.005)), Vec::<&str>::new());
+        assert_eq!(what(&with([0.105, 0.2, -3.138], 2.005)), Vec::<&str>::new());
         assert_eq!(what(&with([0.1, 0.2, 3.10], 2.0)), ["mount yaw"]);
         assert_eq!(
-            what(&with([0.1, 0.25, 3.14], 2.02)),
+            what(&with([0.1, 0.25, 3.138], 2.02)),
             ["mount y", "mean range"]
         );
         assert_eq!(what(&Labels::default()), Vec::<&str>::new());
