@@ -13,6 +13,7 @@ pub mod junit;
 mod overlay;
 mod partition;
 mod replayed;
+mod report_files;
 mod sketch;
 mod suite;
 pub mod summary;
@@ -22,6 +23,7 @@ use std::path::PathBuf;
 
 pub use partition::{Partition, PartitionError};
 pub use replayed::{Replayed, replay};
+pub use report_files::ReportFiles;
 pub use suite::{CheckError, Options, Suite};
 
 use crate::error::{DIFFERS, DONE, INCOMPLETE, UNUSABLE};

@@ -3,6 +3,7 @@
 //! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
 
 pub mod channel;
+mod defaults;
 pub mod file;
 pub mod keys;
 pub mod render;
@@ -241,125 +242,6 @@ impl SonarOverride {
     /// Whether it says anything of the mount.
     pub fn has_mount(&self) -> bool {
         self.x.is_some() || self.y.is_some() || self.yaw.is_some()
-    }
-}
-
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            rule: Rule::NoiseAware,
-            input: Input::default(),
-            frames: Frames::default(),
-            sequence: Sequence::default(),
-            triple: Triple::default(),
-            noise: Noise::default(),
-            opinion: Opinion::default(),
-            map: Map::default(),
-            noise_aware: Departures::default(),
-            sonars: SonarDefaults::default(),
-            sonar: BTreeMap::new(),
-            channel: BTreeMap::new(),
-        }
-    }
-}
-
-impl Default for Frames {
-    fn default() -> Self {
-        Self {
-            step: 0.10,
-            step_angle: 10_f64.to_radians(),
-            max_odometry_gap: 0.5,
-            max_extrapolation: 0.0,
-        }
-    }
-}
-
-impl Default for Sequence {
-    fn default() -> Self {
-        Self {
-            max_gap: 5.0,
-            max_baseline: 0.5,
-        }
-    }
-}
-
-impl Default for Triple {
-    fn default() -> Self {
-        Self {
-            alpha: 0.5,
-            beta: 2.0,
-            gamma: 10_f64.to_radians(),
-            turn_tolerance: 5_f64.to_radians(),
-            bend_tolerance: 10_f64.to_radians(),
-        }
-    }
-}
-
-impl Default for Noise {
-    fn default() -> Self {
-        Self {
-            trust_variance: true,
-            sigma_abs: None,
-            sigma_rel: 0.0,
-            sigma_pose: 0.0,
-        }
-    }
-}
-
-impl Default for Opinion {
-    fn default() -> Self {
-        // One in a hundred triples of one target lies beyond.
-        Self {
-            gate: 6.63,
-            decisive: 13.0,
-            max_half_width: 10,
-        }
-    }
-}
-
-impl Default for Input {
-    fn default() -> Self {
-        Self {
-            range_topics: Vec::new(),
-            odometry_topics: Vec::new(),
-            sonars: Vec::new(),
-            start: None,
-            end: None,
-            robot_frame: None,
-            drop_repeats: false,
-            trust_unchecked: false,
-            max_readings: 2_000_000,
-            range_delay: 0.0,
-        }
-    }
-}
-
-impl Default for Map {
-    fn default() -> Self {
-        Self {
-            match_distance: 0.2,
-            gate: 25.0,
-            max_wall_gap: 1.0,
-            confirm_runs: 2,
-            confirm_readings: 8,
-        }
-    }
-}
-
-impl Default for Departures {
-    fn default() -> Self {
-        Self {
-            label_by_opinion: true,
-            converge: true,
-            reject_misfits: true,
-            break_runs: true,
-            reject_mirrored: true,
-            fuse_by_information: true,
-            merge: true,
-            confirm: true,
-            end_at_corners: true,
-            gather: true,
-        }
     }
 }
 

@@ -1,112 +1,112 @@
 //! `tmam diff`: two results against each other, whatever they come from.
+//!
+//! A log is replayed: beside results that record a configuration with that one, else with the
+//! defaults, and what is given on the command line stands over either.
 
-use std::path::{Path, PathBuf};
+mod error;
+pub mod json;
+mod side;
+mod source;
 
-use crate::check::{Replayed, replay};
+use std::path::Path;
+
+pub use error::DiffError;
+pub use side::{Kind, Recorded, Side};
+
 use crate::config::Config;
+use crate::config::file::layered;
 use crate::error::Error;
-use crate::golden::{Golden, GoldenError, LogInfo, Results, Tolerance, from_features_file};
+use source::Source;
 
-/// One side of a comparison.
+/// What to replay logs with: texts as of a configuration file, each over the one before.
+#[derive(Debug, Clone, Default)]
+pub struct Terms {
+    /// For both sides; none where nothing is given.
+    pub both: Vec<String>,
+    /// For B; the same texts where nothing is given for B alone.
+    pub b: Vec<String>,
+    /// Whether something is given for B alone.
+    pub b_differs: bool,
+}
+
+/// Two sides to compare.
 #[derive(Debug)]
-pub struct Side {
-    /// What it came from.
-    pub path: PathBuf,
-    /// What it holds.
-    pub results: Results,
-    /// The tolerances in it, where it is a golden file.
-    pub tolerances: Option<Tolerance>,
-    /// Its log, where that is known.
-    pub log: Option<LogInfo>,
-    /// What could not be read of it; empty for a whole one.
-    pub losses: Vec<String>,
+pub struct Pair {
+    /// One.
+    pub a: Side,
+    /// The other.
+    pub b: Side,
+    /// On what terms they can be compared.
+    pub notes: Vec<String>,
 }
 
-/// Why there is nothing to compare.
-#[derive(Debug, thiserror::Error)]
-pub enum DiffError {
-    /// Something else.
-    #[error(
-        "{} is neither an MCAP log nor a features.json nor a golden file: {reason}", path.display()
-    )]
-    NoResults {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        reason: String,
-    },
-    /// Recordings cannot be read back into features.
-    #[error(
-        "{} is a recording, which is for looking at; compare the logs, or the features.json files that were \
-         written beside the recordings", path.display()
-    )]
-    Recording {
-        /// The file.
-        path: PathBuf,
-    },
-}
-
-/// Reads one side: replays a log with `config`, or reads the results in a file.
+/// Reads both sides, and replays those that are logs; without `b`, the one log is both.
 ///
 /// # Errors
-/// When there are no results to be had from it.
-pub fn side(path: &Path, config: &Config) -> Result<Side, Error> {
-    let head = head(path)?;
-    let path = path.to_owned();
-    if head.starts_with(b"RRF") {
-        return Err(DiffError::Recording { path }.into());
+/// When there are no results to be had from one, or when what is given has no effect.
+pub fn pair(a: &Path, b: Option<&Path>, terms: &Terms) -> Result<Pair, Error> {
+    let b = Source::open(b.unwrap_or(a))?;
+    let a = Source::open(a)?;
+    if terms.b_differs && !b.is_log() {
+        let b = b.path().to_owned();
+        return Err(DiffError::NothingToReplayForB { b }.into());
     }
-    let text = head.iter().find(|byte| !byte.is_ascii_whitespace());
-    if text != Some(&b'{') {
-        let Replayed {
-            log, info, results, ..
-        } = replay(&path, config)?;
-        return Ok(Side {
-            path,
-            results,
-            tolerances: None,
-            log: Some(info),
-            losses: log.losses,
-        });
+    if !terms.both.is_empty() && !a.is_log() && !b.is_log() {
+        let (a, b) = (a.path().to_owned(), b.path().to_owned());
+        return Err(DiffError::NothingToReplay { a, b }.into());
     }
-    match Golden::read(&path) {
-        Ok((golden, _)) => Ok(Side {
-            path,
-            results: golden.results,
-            tolerances: Some(golden.tolerances),
-            log: golden.log,
-            losses: Vec::new(),
-        }),
-        Err(GoldenError::Schema { newer: false, .. }) => {
-            let text = std::fs::read_to_string(&path).map_err(|source| Error::Read {
-                path: path.clone(),
-                source,
-            })?;
-            let results = from_features_file(&text).map_err(|error| DiffError::NoResults {
-                path: path.clone(),
-                reason: error.to_string(),
-            })?;
-            Ok(Side {
-                path,
-                results,
-                tolerances: None,
-                log: None,
-                losses: Vec::new(),
-            })
+    let mut notes = Vec::new();
+    let (a, b) = match (a, b) {
+        (Source::Results(a), Source::Results(b)) => (*a, *b),
+        (Source::Log(log), Source::Results(b)) => {
+            let a = replayed_like(&b, &log, &terms.both, &mut notes)?;
+            (a, *b)
         }
-        Err(error) => Err(error.into()),
+        (Source::Results(a), Source::Log(log)) => {
+            let b = replayed_like(&a, &log, &terms.b, &mut notes)?;
+            (*a, b)
+        }
+        (Source::Log(a), Source::Log(b)) => (
+            Side::replayed(&a, layered(Config::default(), &terms.both)?)?,
+            Side::replayed(&b, layered(Config::default(), &terms.b)?)?,
+        ),
+    };
+    if let (Some(a), Some(b)) = (&a.log, &b.log)
+        && a.events_sha256 != b.events_sha256
+    {
+        notes.push("the two come from logs with different events".to_owned());
     }
+    if a.results.labels.is_none() || b.results.labels.is_none() {
+        notes.push("labels are not compared: features files hold none".to_owned());
+    }
+    Ok(Pair { a, b, notes })
 }
 
-/// The first bytes of a file.
-fn head(path: &Path) -> Result<Vec<u8>, Error> {
-    use std::io::Read as _;
-    let mut head = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(64).read_to_end(&mut head))
-        .map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source,
-        })?;
-    Ok(head)
+/// A log, replayed with the configuration of the results that it is compared with.
+fn replayed_like(
+    results: &Side,
+    log: &Path,
+    layers: &[String],
+    notes: &mut Vec<String>,
+) -> Result<Side, Error> {
+    let recorded = results.configuration()?;
+    let (log_name, file) = (log.display(), results.path.display());
+    let mut note = match &recorded {
+        Some(_) => format!("{log_name} was replayed with the configuration in {file}"),
+        None => {
+            format!("{file} records no configuration; {log_name} was replayed with the defaults")
+        }
+    };
+    if !layers.is_empty() {
+        note.push_str(", and what was given over it");
+    }
+    notes.push(note);
+    if !results.unrecorded.is_empty() {
+        notes.push(format!(
+            "{file} does not record {}; the present defaults hold",
+            results.unrecorded.join(", ")
+        ));
+    }
+    let config = layered(recorded.unwrap_or_default(), layers)?;
+    Side::replayed(log, config)
 }

@@ -4,7 +4,6 @@
 //! [`Scorer`] watches a replay and ends in an [`Evaluation`]. None of it reads or writes anything:
 //! a sweep over configurations makes the truth once and a scorer for each run.
 
-mod assignment;
 pub mod errors;
 pub mod extracted;
 pub mod json;

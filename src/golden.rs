@@ -20,6 +20,8 @@ mod collect;
 mod compare;
 mod difference;
 mod digest;
+mod error;
+mod features_file;
 mod file;
 mod hold;
 mod label_table;
@@ -28,19 +30,22 @@ mod layout;
 mod pairing;
 mod results;
 mod rows;
+mod sonars;
 mod text;
 mod tolerance;
+mod unrecorded;
 
 pub use collect::Collector;
 pub use compare::compare;
 pub use difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, State,
-    StrayedArc, Value,
+    Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, SonarDifference,
+    State, StrayedArc, Value,
 };
 pub use digest::digest;
-pub use file::{Golden, GoldenError, LogInfo, SCHEMA, Tool, as_recorded};
+pub use error::GoldenError;
+pub use features_file::FeaturesFile;
+pub use file::{Golden, LogInfo, SCHEMA, Tool, as_recorded};
 pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
-pub use results::{Feature, Geometry, LabelledArc, Labels, Mark, Results};
-pub use rows::from_features_file;
+pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, Results};
 pub use text::{counts, describe, in_frames};
 pub use tolerance::{Tolerance, ToleranceError};

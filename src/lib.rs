@@ -10,6 +10,7 @@
 //! events    at a time   features
 //! ```
 
+pub mod assignment;
 pub mod check;
 pub mod cli;
 pub mod config;
@@ -34,6 +35,7 @@ pub mod replay;
 pub mod report;
 pub mod rounding;
 pub mod scatter;
+pub mod schema;
 pub mod simulate;
 pub mod sweep;
 pub mod tmam;

@@ -88,6 +88,35 @@ impl Output {
     }
 }
 
+/// Prints to standard output, at once. A reader that has gone away is no reason to fail.
+///
+/// # Errors
+/// When it cannot be written: a full disk behind it must not look like success.
+pub fn print(text: &str) -> Result<(), OutputError> {
+    let mut stdout = io::stdout().lock();
+    let written = stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush());
+    unless_gone(written, ()).map_err(|source| OutputError {
+        path: PathBuf::from("standard output"),
+        source,
+    })
+}
+
+/// Makes the directory that a file is to be in, and those above it.
+///
+/// # Errors
+/// When that cannot be done.
+pub fn make_room(path: &Path) -> Result<(), OutputError> {
+    let Some(directory) = path.parent().filter(|_| !is_stdout(path)) else {
+        return Ok(());
+    };
+    fs::create_dir_all(directory).map_err(|source| OutputError {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 /// Whether a path stands for standard output.
 pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"

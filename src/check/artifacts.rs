@@ -3,12 +3,13 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use super::judge::unfit;
 use super::overlay::overlay;
-use super::replayed::Replayed;
+use super::replayed::{Replayed, replay};
 use super::suite::Job;
 use crate::config::Config;
 use crate::error::Error;
-use crate::golden::{Comparison, Golden};
+use crate::golden::{Comparison, Golden, Tolerance, as_recorded};
 use crate::observer::Observer;
 use crate::output::Output;
 use crate::recording::Recording;
@@ -40,17 +41,7 @@ impl Artifacts {
         comparison: &Comparison,
     ) -> Result<(Vec<PathBuf>, PathBuf), Error> {
         let [new, recording] = self.paths(job);
-        let bytes = Golden::new(
-            Some(replayed.info.clone()),
-            Some(config.clone()),
-            golden.tolerances,
-            replayed.results.clone(),
-        )
-        .render()?;
-        let mut out = Output::create(&new)?;
-        out.write_all(&bytes).map_err(|source| out.failed(source))?;
-        out.commit()?;
-
+        write_new(&new, replayed, config, golden.tolerances)?;
         let mut out = Output::create(&recording)?;
         let replay = Replay::new(&replayed.log, config)?;
         let over = overlay(golden, &replayed.results, comparison, self.around);
@@ -61,6 +52,19 @@ impl Artifacts {
         }
         out.commit()?;
         Ok((vec![new, recording.clone()], recording))
+    }
+
+    /// Writes the golden file that a log without one would get with the default configuration;
+    /// `None` for a log that cannot be blessed.
+    pub fn first(&self, job: &Job) -> Result<Option<PathBuf>, Error> {
+        let config = as_recorded(&Config::default())?;
+        let replayed = replay(&job.log, &config)?;
+        if unfit(&replayed).is_some() || replayed.results.is_empty() {
+            return Ok(None);
+        }
+        let [new, _] = self.paths(job);
+        write_new(&new, &replayed, &config, Tolerance::default())?;
+        Ok(Some(new))
     }
 
     /// Takes away what an earlier run left of a log that passes now.
@@ -79,4 +83,23 @@ impl Artifacts {
             self.directory.join(name)
         })
     }
+}
+
+fn write_new(
+    path: &Path,
+    replayed: &Replayed,
+    config: &Config,
+    tolerances: Tolerance,
+) -> Result<(), Error> {
+    let bytes = Golden::new(
+        Some(replayed.info.clone()),
+        Some(config.clone()),
+        tolerances,
+        replayed.results.clone(),
+    )
+    .render()?;
+    let mut out = Output::create(path)?;
+    out.write_all(&bytes).map_err(|source| out.failed(source))?;
+    out.commit()?;
+    Ok(())
 }

@@ -4,7 +4,8 @@ use serde_json::{Value as Json, json};
 
 use super::{Report, exit_code};
 use crate::golden::{
-    Change, Difference, FeatureDifference, LabelChange, LabelRun, Set, State, Value, describe,
+    Change, Difference, FeatureDifference, LabelChange, LabelRun, Margin, Set, State, Value,
+    describe,
 };
 use crate::rounding::rounded;
 
@@ -12,11 +13,12 @@ use crate::rounding::rounded;
 pub const SCHEMA: &str = "tmam.check/1";
 
 /// The report as JSON.
-pub fn json(reports: &[Report]) -> Json {
+pub fn json(reports: &[Report], notes: &[String]) -> Json {
     json!({
         "schema": SCHEMA,
         "tool": {"name": "tmam", "version": env!("CARGO_PKG_VERSION")},
         "exit_code": exit_code(reports),
+        "notes": notes,
         "logs": reports.iter().map(log).collect::<Vec<_>>(),
     })
 }
@@ -48,6 +50,10 @@ pub fn difference(one: &Difference) -> Json {
         Difference::Log { golden, actual } => {
             json!({"kind": "log", "golden": golden, "actual": actual})
         }
+        Difference::Sonar(sonar) => json!({
+            "kind": "sonar", "sensor": sonar.sensor,
+            "changes": sonar.changes.iter().map(change).collect::<Vec<_>>(),
+        }),
         Difference::Feature(feature) => self::feature(feature),
         Difference::Labels(run) => labels(run),
     };
@@ -142,7 +148,8 @@ fn change(change: &Change) -> Json {
     })
 }
 
-fn labels(run: &LabelRun) -> Json {
+/// Labels that changed alike, arc by arc.
+pub fn labels(run: &LabelRun) -> Json {
     let (state, golden, actual, reason) = match run.change {
         LabelChange::Flipped {
             golden,
@@ -153,7 +160,14 @@ fn labels(run: &LabelRun) -> Json {
         LabelChange::New(mark) => ("new", None, Some(mark), None),
     };
     let arcs = run.arcs.iter().map(|arc| {
-        json!({"stamp_ns": arc.stamp_ns, "frame": arc.frame, "margin": arc.margin.map(rounded)})
+        let unit = arc.margin.map(|margin| match margin {
+            Margin::Angle(_) => "rad",
+            Margin::Chi2(_) => "chi2",
+        });
+        json!({
+            "stamp_ns": arc.stamp_ns, "frame": arc.frame,
+            "margin": arc.margin.map(|margin| rounded(margin.value())), "margin_unit": unit,
+        })
     });
     json!({
         "kind": "labels", "state": state, "sensor": run.sensor,

@@ -15,10 +15,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         return job.report(unusable(&Error::Read { path, source }));
     }
     if !job.golden.exists() {
-        return job.report(Verdict::Nothing(format!(
-            "there is no golden file {}; write it with --bless and commit it",
-            job.golden.display()
-        )));
+        return without_golden(job, artifacts);
     }
     let (golden, unrecorded) = match Golden::read(&job.golden) {
         Ok(read) => read,
@@ -76,6 +73,23 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         actual: replayed.results,
         comparison,
     });
+    report
+}
+
+/// A log that nobody has blessed yet: nothing to judge, but what would be blessed is kept.
+fn without_golden(job: &Job, artifacts: Option<&Artifacts>) -> Report {
+    let mut report = job.report(Verdict::Nothing(format!(
+        "there is no golden file {}; write it with --bless and commit it",
+        job.golden.display()
+    )));
+    let Some(artifacts) = artifacts else {
+        return report;
+    };
+    match artifacts.first(job) {
+        Ok(Some(new)) => report.artifacts.push(new),
+        Ok(None) => {}
+        Err(error) => report.verdict = unusable(&error),
+    }
     report
 }
 

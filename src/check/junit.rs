@@ -25,40 +25,79 @@ enum Outcome {
     Error(&'static str, String),
 }
 
-/// The report as JUnit XML.
+/// More differences of a kind than this are counted, not listed.
+const LISTED: usize = 200;
+
+/// A suite's name, its cases, and what is to be said beside them.
+struct Suite {
+    name: String,
+    cases: Vec<Case>,
+    notes: Vec<String>,
+}
+
+/// The report as JUnit XML; `notes` are on the run as a whole.
 ///
 /// # Errors
 /// When it cannot be XML.
-pub fn junit(reports: &[Report], strict: bool) -> io::Result<String> {
-    let mut suites: Vec<(String, Vec<Case>)> = reports
+pub fn junit(reports: &[Report], notes: &[String], strict: bool) -> io::Result<String> {
+    let mut suites: Vec<Suite> = reports
         .iter()
-        .map(|report| (report.log.display().to_string(), cases(report, strict)))
+        .map(|report| Suite {
+            name: report.log.display().to_string(),
+            cases: cases(report, strict),
+            notes: report.notes.clone(),
+        })
         .collect();
     if suites.is_empty() {
         let outcome = Outcome::Error("nothing to judge", "no log was checked".to_owned());
-        let case = Case {
-            name: "suite",
-            outcome,
-        };
-        suites.push(("tmam check".to_owned(), vec![case]));
+        suites.push(whole_run("logs", outcome));
     }
+    if !notes.is_empty() {
+        let mut run = whole_run("golden directory", Outcome::Passed);
+        run.notes = notes.to_vec();
+        suites.push(run);
+    }
+    render(&suites)
+}
+
+/// The report of a run that did not begin.
+///
+/// # Errors
+/// When it cannot be XML.
+pub fn refused(why: &str) -> io::Result<String> {
+    let outcome = Outcome::Error("unusable", why.to_owned());
+    render(&[whole_run("start", outcome)])
+}
+
+/// A suite on the run, not on a log.
+fn whole_run(name: &'static str, outcome: Outcome) -> Suite {
+    Suite {
+        name: "tmam check".to_owned(),
+        cases: vec![Case { name, outcome }],
+        notes: Vec::new(),
+    }
+}
+
+fn render(suites: &[Suite]) -> io::Result<String> {
     let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     xml.create_element("testsuites")
         .write_inner_content(|xml| {
             let mut numbered = suites.iter().zip(0_u32..);
-            numbered.try_for_each(|((name, cases), id)| suite(xml, &clean(name), id, cases))
+            numbered.try_for_each(|(one, id)| suite(xml, one, id))
         })?;
     let mut text = String::from_utf8_lossy(&xml.into_inner()).into_owned();
     text.push('\n');
     Ok(text)
 }
 
-fn suite(xml: &mut Writer<Vec<u8>>, name: &str, id: u32, cases: &[Case]) -> io::Result<()> {
+fn suite(xml: &mut Writer<Vec<u8>>, suite: &Suite, id: u32) -> io::Result<()> {
+    let (name, cases) = (clean(&suite.name), &suite.cases);
+    let name = name.as_str();
     let count = |of: fn(&Outcome) -> bool| cases.iter().filter(|case| of(&case.outcome)).count();
     let failures = count(|outcome| matches!(outcome, Outcome::Failed(_)));
     let errors = count(|outcome| matches!(outcome, Outcome::Error(..)));
-    let suite = xml.create_element("testsuite").with_attributes([
+    let element = xml.create_element("testsuite").with_attributes([
         ("name", name),
         ("package", "tmam"),
         ("id", id.to_string().as_str()),
@@ -71,12 +110,22 @@ fn suite(xml: &mut Writer<Vec<u8>>, name: &str, id: u32, cases: &[Case]) -> io::
         ("errors", errors.to_string().as_str()),
         ("skipped", "0"),
     ]);
-    suite.write_inner_content(|xml| {
+    element.write_inner_content(|xml| {
         xml.create_element("properties").write_empty()?;
         for case in cases {
             write_case(xml, case, name)?;
         }
-        xml.create_element("system-out").write_empty()?;
+        let notes: Vec<String> = suite
+            .notes
+            .iter()
+            .map(|note| clean(&format!("note: {note}")))
+            .collect();
+        let out = xml.create_element("system-out");
+        if notes.is_empty() {
+            out.write_empty()?;
+        } else {
+            out.write_text_content(BytesText::new(&notes.join("\n")))?;
+        }
         xml.create_element("system-err").write_empty()?;
         Ok(())
     })?;
@@ -97,7 +146,16 @@ fn write_case(xml: &mut Writer<Vec<u8>>, case: &Case, log: &str) -> io::Result<(
                 0 | 1 => first,
                 n => format!("{first}; and {} more", n - 1),
             };
-            ("failure", "differs", message, lines.join("\n"))
+            let mut text = lines
+                .iter()
+                .take(LISTED)
+                .map(String::as_str)
+                .collect::<Vec<_>>()
+                .join("\n");
+            if lines.len() > LISTED {
+                text.push_str(&format!("\n... and {} more", lines.len() - LISTED));
+            }
+            ("failure", "differs", message, text)
         }
         Outcome::Error(kind, reason) => ("error", *kind, reason.clone(), reason.clone()),
     };
@@ -135,7 +193,7 @@ fn cases(report: &Report, strict: bool) -> Vec<Case> {
         return vec![case("golden file", Outcome::Passed)];
     };
     let sections = sections(found, report.recording.as_deref(), strict);
-    let mut kinds = vec!["log", "map", "extracted features", "labels"];
+    let mut kinds = vec!["log", "sonars", "map", "extracted features", "labels"];
     if strict {
         kinds.push("borderline labels");
     }

@@ -33,6 +33,11 @@ impl FromStr for Partition {
 }
 
 impl Partition {
+    /// Whether it is the first part, which speaks for the whole.
+    pub fn is_first(self) -> bool {
+        self.index == 1
+    }
+
     /// Every `count`-th of a sorted list, beginning with the `index`-th: parts differ by one log at
     /// most, whatever order the logs are named in.
     pub fn of<T>(self, sorted: Vec<T>) -> Vec<T> {

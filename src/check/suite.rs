@@ -122,8 +122,10 @@ impl Suite {
             }
         }
         let notes = match options.partition {
-            None if !options.bless => unused(&options.golden, &jobs),
-            _ => Vec::new(),
+            // Of a suite in parts, all the parts know all the logs, and one of them tells.
+            Some(partition) if !partition.is_first() => Vec::new(),
+            _ if options.bless => Vec::new(),
+            _ => unused(&options.golden, &jobs),
         };
         let jobs: Vec<Job> = jobs
             .into_iter()
@@ -209,6 +211,9 @@ fn make(directory: &Path) -> Result<(), OutputError> {
     })
 }
 
+/// More golden files without a log than this are counted, not named.
+const NAMED: usize = 20;
+
 /// Golden files that no log of this run has: what they hold is not being checked.
 fn unused(directory: &Path, jobs: &BTreeMap<PathBuf, PathBuf>) -> Vec<String> {
     let Ok(entries) = std::fs::read_dir(directory) else {
@@ -226,8 +231,13 @@ fn unused(directory: &Path, jobs: &BTreeMap<PathBuf, PathBuf>) -> Vec<String> {
         .map(|path| path.display().to_string())
         .collect();
     unused.sort();
-    match unused.as_slice() {
-        [] => Vec::new(),
-        _ => vec![format!("no log was given for {}", unused.join(", "))],
+    if unused.is_empty() {
+        return Vec::new();
     }
+    let more = match unused.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    unused.truncate(NAMED);
+    vec![format!("no log was given for {}{more}", unused.join(", "))]
 }

@@ -5,57 +5,123 @@ use std::fmt::Write as _;
 use super::sketch::sketch;
 use super::text::{SHOWN, closing, sections};
 use super::{Report, Verdict};
+use crate::golden::{Difference, Set};
 
-/// The report as Markdown.
-pub fn summary(reports: &[Report], strict: bool) -> String {
-    let mut text = String::from("## Sonar maps against golden files\n\n");
+/// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
+const MOST_BYTES: usize = 1_000_000;
+/// What is kept free for saying what was left out.
+const RESERVED: usize = 1_000;
+
+/// The report as Markdown; `notes` are on the run as a whole.
+///
+/// It is kept below what GitHub shows: what does not fit is counted, not cut in the middle.
+pub fn summary(reports: &[Report], notes: &[String], strict: bool) -> String {
+    within(MOST_BYTES, reports, notes, strict)
+}
+
+/// The summary of a run that did not begin.
+pub fn refused(why: &str) -> String {
+    let mut text = format!("{TITLE}**nothing was checked**\n\n");
+    block(&mut text, why);
+    text
+}
+
+const TITLE: &str = "## Sonar maps against golden files\n\n";
+
+fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> String {
+    let mut text = String::from(TITLE);
+    let room = most.saturating_sub(RESERVED);
+    // Writing to a string cannot fail.
     let _ = writeln!(
         text,
         "{}\n",
         closing(reports, true).lines().next().unwrap_or_default()
     );
+    for note in notes {
+        block(&mut text, &format!("note: {note}"));
+    }
     if !reports.is_empty() {
         text.push_str(
-            "| log | verdict | map | features | labels | borderline |\n|---|---|--:|--:|--:|--:|\n",
+            "| log | verdict | sonars | map | features | labels | borderline |\n|---|---|--:|--:|--:|--:|--:|\n",
         );
     }
-    for report in reports {
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} |",
-            code(&report.log.display().to_string()),
-            verdict(report),
-            numbers(report).map_or_else(
-                || "- | - | - | -".to_owned(),
-                |n| n.map(|n| n.to_string()).join(" | ")
-            ),
-        );
+    let mut rows_left_out = 0_usize;
+    // Those that need somebody's eye come first where not all have room.
+    let (bad, good): (Vec<&Report>, Vec<&Report>) =
+        reports.iter().partition(|report| needs_a_look(report));
+    let fits = reports.len().saturating_mul(300) < room;
+    let in_order: Vec<&Report> = if fits {
+        reports.iter().collect()
+    } else {
+        bad.into_iter().chain(good).collect()
+    };
+    for report in &in_order {
+        let row = row(report);
+        if text.len() + row.len() > room {
+            rows_left_out += 1;
+        } else {
+            text.push_str(&row);
+        }
     }
-    for report in reports {
-        details(&mut text, report, strict);
+    let mut details_left_out = 0_usize;
+    for report in &in_order {
+        let mut one = String::new();
+        details(&mut one, report, strict);
+        if text.len() + one.len() > room {
+            details_left_out += 1;
+        } else {
+            text.push_str(&one);
+        }
+    }
+    for (count, what) in [
+        (rows_left_out, "rows of the table"),
+        (details_left_out, "logs' differences"),
+    ] {
+        if count > 0 {
+            let _ = writeln!(
+                text,
+                "\n**Left out for length: {count} {what}.** The JUnit report and `--json` have them all."
+            );
+        }
     }
     text
 }
 
-fn verdict(report: &Report) -> String {
-    let bad = !matches!(
+fn row(report: &Report) -> String {
+    format!(
+        "| {} | {} | {} |\n",
+        code(&report.log.display().to_string()),
+        verdict(report),
+        numbers(report).map_or_else(
+            || "- | - | - | - | -".to_owned(),
+            |n| n.map(|n| n.to_string()).join(" | ")
+        ),
+    )
+}
+
+fn needs_a_look(report: &Report) -> bool {
+    !matches!(
         report.verdict,
         Verdict::Matches | Verdict::Unchanged | Verdict::Blessed
-    );
+    )
+}
+
+fn verdict(report: &Report) -> String {
     let name = report.verdict.name();
-    if bad {
+    if needs_a_look(report) {
         format!("**{name}**")
     } else {
         name.to_owned()
     }
 }
 
-/// Differences in the map, the extracted features and the labels, and borderline labels.
-fn numbers(report: &Report) -> Option<[usize; 4]> {
-    use crate::golden::Set;
+/// Differences in the sonars, the map, the extracted features and the labels, and borderline labels.
+fn numbers(report: &Report) -> Option<[usize; 5]> {
     let found = &report.found.as_ref()?.comparison;
     let arcs = |runs: &mut dyn Iterator<Item = usize>| runs.sum();
+    let is_sonar = |one: &&Difference| matches!(one, Difference::Sonar(_));
     Some([
+        found.differences.iter().filter(is_sonar).count(),
         found.features(Set::Map).count(),
         found.features(Set::Extracted).count(),
         arcs(&mut found.labels().map(|run| run.arcs.len())),
@@ -125,4 +191,47 @@ fn block(text: &mut String, content: &str) {
 fn code(name: &str) -> String {
     let name = name.replace(['`', '\n', '\r'], "'").replace('|', "\\|");
     format!("`{name}`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unusable(log: &str, reason: &str) -> Report {
+        Report {
+            log: log.into(),
+            golden: "golden".into(),
+            verdict: Verdict::Unusable(reason.to_owned()),
+            notes: Vec::new(),
+            found: None,
+            artifacts: Vec::new(),
+            recording: None,
+        }
+    }
+
+    #[test]
+    fn a_long_summary_says_what_it_leaves_out() {
+        let reports: Vec<Report> = (0..40)
+            .map(|i| unusable(&format!("drive_{i:02}.mcap"), &"torn ".repeat(40)))
+            .collect();
+        let whole = within(MOST_BYTES, &reports, &[], false);
+        assert!(!whole.contains("Left out"), "{whole}");
+        let part = within(whole.len() / 2, &reports, &[], false);
+        assert!(
+            part.len() <= whole.len() / 2,
+            "{} of {}",
+            part.len(),
+            whole.len()
+        );
+        let shown = part.matches("### ").count();
+        assert!(shown > 0 && shown < 40);
+        assert!(
+            part.contains(&format!(
+                "Left out for length: {} logs' differences",
+                40 - shown
+            )),
+            "{part}"
+        );
+        assert_eq!(part.matches("```").count() % 2, 0, "every block is closed");
+    }
 }

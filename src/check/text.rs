@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::{Found, Report, Verdict};
-use crate::diff::Side;
+use crate::diff::Pair;
 use crate::golden::{Comparison, Difference, Results, Set, Tolerance, counts, describe};
 
 /// More differences of a kind than this are counted, not listed.
@@ -69,15 +69,14 @@ fn listed(head: &str, lines: &[String], shown: usize) -> String {
 
 /// What differs between two sides, and on what terms they were compared.
 pub fn differences(
-    a: &Side,
-    b: &Side,
+    pair: &Pair,
     found: &Comparison,
     tolerance: &Tolerance,
     shown: usize,
     strict: bool,
 ) -> String {
     let mut text = String::new();
-    for (name, side) in [("a", a), ("b", b)] {
+    for (name, side) in [("a", &pair.a), ("b", &pair.b)] {
         let labels = match &side.results.labels {
             Some(labels) => format!("{} arcs", labels.len()),
             None => "no labels".to_owned(),
@@ -95,12 +94,11 @@ pub fn differences(
             }
         );
     }
-    if let (Some(a), Some(b)) = (&a.log, &b.log)
-        && a.events_sha256 != b.events_sha256
-    {
-        text.push_str("note: the two come from logs with different events\n");
+    for note in &pair.notes {
+        let _ = writeln!(text, "note: {note}");
     }
-    let sections = kinds([&a.results, &b.results], found, tolerance, None, strict);
+    let sides = [&pair.a.results, &pair.b.results];
+    let sections = kinds(sides, found, tolerance, None, strict);
     for (head, lines) in &sections {
         text.push_str(&listed(head, lines, shown));
     }
@@ -144,8 +142,9 @@ fn kinds(
         .map(|run| describe(&Difference::Labels(run.clone()), recording))
         .collect();
     let near = format!(
-        "borderline labels (less than {} deg to spare){}",
+        "borderline labels (less than {} deg or chi2 {} to spare){}",
         (tolerance.borderline.to_degrees() * 1e4).round() / 1e4,
+        tolerance.borderline_chi2,
         if strict {
             ""
         } else {
@@ -156,6 +155,10 @@ fn kinds(
         (
             "log".to_owned(),
             lines(&|one| matches!(one, Difference::Log { .. })),
+        ),
+        (
+            "sonars".to_owned(),
+            lines(&|one| matches!(one, Difference::Sonar(_))),
         ),
         ("map".to_owned(), lines(&in_set(Set::Map))),
         (

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use crate::check::text::{SHOWN, closing, report};
-use crate::check::{Options, Partition, Suite, annotations, exit_code, json, junit, summary};
+use crate::check::{Options, Partition, ReportFiles, Suite, annotations, exit_code, json};
 use crate::error::Error;
 use crate::golden::is_set;
-use crate::output::Output;
+use crate::output::print;
 
 /// Hold logs to golden files: has anything changed that should not have?
 ///
@@ -85,6 +85,7 @@ impl Args {
             return Err(Error::ParametersWithoutBless);
         }
         let with_artifacts = self.artifacts.is_some();
+        let files = ReportFiles::open(self.junit.as_deref(), self.summary.as_deref())?;
         let suite = Suite::new(Options {
             logs: self.logs,
             golden: self.golden,
@@ -96,29 +97,27 @@ impl Args {
             partition: self.partition,
             layers,
             tolerances: self.tolerance,
-        })?;
-        let create = |path: &Option<PathBuf>| path.as_deref().map(Output::create).transpose();
-        let (junit_out, summary_out) = (create(&self.junit)?, create(&self.summary)?);
-
-        // A reader that has gone away is no reason to fail.
-        let say = |text: &str| {
-            let _ = io::stdout().write_all(text.as_bytes());
+        });
+        let suite = match suite {
+            Ok(suite) => suite,
+            Err(error) => {
+                files.refuse(&error)?;
+                return Err(error.into());
+            }
+        };
+        // The reports are written even where standard output cannot be.
+        let mut printed = Ok(());
+        let mut say = |text: &str| {
+            if printed.is_ok() {
+                printed = print(text);
+            }
         };
         let reports = suite.run(|one| {
             if !self.json {
                 say(&report(one, self.show, self.strict));
             }
         });
-        let write = |out: Option<Output>, text: &dyn Fn() -> Result<String, Error>| {
-            let Some(mut out) = out else { return Ok(()) };
-            out.write_all(text()?.as_bytes())
-                .map_err(|source| out.failed(source))?;
-            out.commit().map_err(Error::from)
-        };
-        write(junit_out, &|| {
-            junit::junit(&reports, self.strict).map_err(|error| Error::Report(Box::new(error)))
-        })?;
-        write(summary_out, &|| Ok(summary::summary(&reports, self.strict)))?;
+        files.write(&reports, suite.notes(), self.strict)?;
 
         let errors = if std::env::var("GITHUB_ACTIONS").is_ok_and(|value| is_set(&value)) {
             annotations::annotations(&reports, self.strict)
@@ -127,7 +126,7 @@ impl Args {
         };
         if self.json {
             let _ = io::stderr().write_all(errors.as_bytes());
-            say(&format!("{:#}\n", json::json(&reports)));
+            say(&format!("{:#}\n", json::json(&reports, suite.notes())));
         } else {
             say(&errors);
             for note in suite.notes() {
@@ -135,6 +134,7 @@ impl Args {
             }
             say(&closing(&reports, with_artifacts));
         }
+        printed?;
         Ok(exit_code(&reports))
     }
 }

@@ -1,20 +1,22 @@
 //! `tmam diff`
 
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::Parameters;
-use crate::check::json::difference;
 use crate::check::text::{SHOWN, differences};
-use crate::diff::side;
+use crate::diff::{self, Terms};
 use crate::error::{DIFFERS, DONE, Error, INCOMPLETE};
 use crate::golden::{Tolerance, compare};
+use crate::output::print;
 
 /// Compare two results: of logs, feature files or golden files
 ///
 /// Lines are paired with lines and points with points by nearness; labels are compared by sonar and
 /// stamp where both sides have them (logs and golden files do, feature files do not). Ids and order
 /// do not matter.
+///
+/// A log beside a features.json or a golden file is replayed with the configuration recorded there,
+/// other logs with the defaults; the parameters that are given stand over either.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
@@ -58,10 +60,15 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<u8, Error> {
-        let config = self.parameters.configuration()?;
-        let config_b = self.parameters.varied(self.config_b, &self.set_b)?;
-        let a = side(&self.a, &config)?;
-        let b = side(self.b.as_deref().unwrap_or(&self.a), &config_b)?;
+        let terms = Terms {
+            both: self.parameters.layers()?,
+            b: self
+                .parameters
+                .varied_layers(self.config_b.clone(), &self.set_b)?,
+            b_differs: self.config_b.is_some() || !self.set_b.is_empty(),
+        };
+        let pair = diff::pair(&self.a, self.b.as_deref(), &terms)?;
+        let (a, b) = (&pair.a, &pair.b);
         let tolerance = self
             .tolerance
             .iter()
@@ -71,22 +78,19 @@ impl Args {
             )
             .map_err(crate::check::CheckError::from)?;
         let found = compare(&a.results, &b.results, &tolerance);
-        let text = if self.json {
-            let all: Vec<_> = found.differences.iter().map(difference).collect();
-            let json = serde_json::json!({"schema": "tmam.diff/1", "a": self.a, "b": self.b, "differences": all});
-            format!("{json:#}\n")
-        } else {
-            differences(&a, &b, &found, &tolerance, self.show, self.strict)
-        };
-        // A reader that has gone away has seen enough.
-        let _ = io::stdout().write_all(text.as_bytes());
         let whole = a.losses.is_empty() && b.losses.is_empty();
-        Ok(if !found.matches(self.strict) {
+        let code = if !found.matches(self.strict) {
             DIFFERS
         } else if !whole || (a.results.is_empty() && b.results.is_empty()) {
             INCOMPLETE
         } else {
             DONE
-        })
+        };
+        print(&if self.json {
+            format!("{:#}\n", diff::json::json(&pair, &found, &tolerance, code))
+        } else {
+            differences(&pair, &found, &tolerance, self.show, self.strict)
+        })?;
+        Ok(code)
     }
 }

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use toml::Value;
 
-use crate::config::file::{ConfigError, check, parse_layers};
-use crate::config::render::render;
+use crate::config::file::{ConfigError, check, overridden, parse_layers};
 use crate::config::{Config, Rule};
 use crate::error::Error;
 
@@ -135,24 +134,24 @@ impl Parameters {
         .collect()
     }
 
-    /// The configuration with another file, and with other values over everything.
+    /// As [`Parameters::layers`], with another file in place of the one that is given, and with
+    /// other values over everything.
     ///
     /// # Errors
     /// As [`Parameters::configuration`].
-    pub fn varied(&self, file: Option<PathBuf>, set: &[String]) -> Result<Config, Error> {
+    pub fn varied_layers(
+        &self,
+        file: Option<PathBuf>,
+        set: &[String],
+    ) -> Result<Vec<String>, Error> {
         let mut other = self.clone();
         other.selection.config = file.or(other.selection.config);
-        let config = other.configuration()?;
-        if set.is_empty() {
-            return Ok(config);
+        let mut layers = other.layers()?;
+        for text in set {
+            overridden(&Config::default(), text).map_err(|source| Error::Set { source })?;
         }
-        let text = render(&config);
-        let layers: Vec<&str> = std::iter::once(text.as_str())
-            .chain(set.iter().map(String::as_str))
-            .collect();
-        let config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
-        check(&config)?;
-        Ok(config)
+        layers.extend(set.iter().cloned());
+        Ok(layers)
     }
 
     /// The flags as one types them, for a command that a person is told to run next: those of the

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::results::{Feature, LabelledArc, Labels, Mark, Results, micro};
-use crate::event::Sonar;
+use super::results::{Feature, LabelledArc, Labels, Margin, Mark, Measured, Results, micro};
+use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError};
 use crate::replay::Outcome;
@@ -15,7 +15,9 @@ use crate::tmam::triple::{Label, Verdict};
 /// An observer that keeps the label of every arc.
 #[derive(Debug)]
 pub struct Collector {
-    sonars: Vec<String>,
+    sonars: Vec<Sonar>,
+    /// Number and sum of the ranges of each sonar's arcs.
+    ranges: BTreeMap<SonarId, (u32, f64)>,
     stamps: BTreeMap<ArcId, i64>,
     labels: Labels,
 }
@@ -24,7 +26,8 @@ impl Collector {
     /// A collector that has seen nothing yet.
     pub fn new(sonars: &[Sonar]) -> Self {
         Self {
-            sonars: sonars.iter().map(|sonar| sonar.name.clone()).collect(),
+            sonars: sonars.to_vec(),
+            ranges: BTreeMap::new(),
             stamps: BTreeMap::new(),
             labels: Labels::default(),
         }
@@ -35,6 +38,7 @@ impl Collector {
         for arcs in self.labels.sonars.values_mut() {
             arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
         }
+        self.labels.measured = self.measured();
         let mut spans = BTreeMap::<u32, [u32; 2]>::new();
         for extraction in &outcome.extractions {
             if let (Some(feature), Some([first, last])) =
@@ -59,8 +63,23 @@ impl Collector {
         }
     }
 
+    fn measured(&self) -> BTreeMap<String, Measured> {
+        let of = |(id, (count, sum)): (&SonarId, &(u32, f64))| {
+            let sonar = self.sonars.get(id.index())?;
+            let mount = sonar.robot_from_sensor;
+            let measured = Measured {
+                mount: [mount.x, mount.y, mount.yaw].map(micro),
+                mean_range: micro(sum / f64::from(*count)),
+            };
+            Some((sonar.name.clone(), measured))
+        };
+        self.ranges.iter().filter_map(of).collect()
+    }
+
     fn sonar(&self, arc: Option<&ArcId>) -> Option<String> {
-        self.sonars.get(arc?.sonar.index()).cloned()
+        self.sonars
+            .get(arc?.sonar.index())
+            .map(|sonar| sonar.name.clone())
     }
 
     fn extracted(&self, extraction: &Extraction) -> Feature {
@@ -84,6 +103,11 @@ impl Collector {
     fn take(&mut self, step: &Step) {
         self.stamps
             .extend(step.arcs.iter().map(|arc| (arc.id, arc.stamp_ns)));
+        for arc in &step.arcs {
+            let (count, sum) = self.ranges.entry(arc.id.sonar).or_default();
+            *count += 1;
+            *sum += arc.range;
+        }
         for verdict in &step.verdicts {
             let Some(stamp_ns) = self.stamps.remove(&verdict.arc) else {
                 continue;
@@ -120,7 +144,10 @@ fn labelled(verdict: &Verdict, stamp_ns: i64) -> LabelledArc {
             Label::Unidentified(_) => Mark::Unidentified,
         },
         frame: Some(verdict.arc.frame),
-        margin: verdict.margin,
+        margin: verdict
+            .margin
+            .map(Margin::Angle)
+            .or(verdict.chi2_margin.map(Margin::Chi2)),
         reason: verdict.label.reason().map(|reason| reason.name()),
     }
 }

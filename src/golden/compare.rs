@@ -6,6 +6,7 @@ use super::difference::{Change, Comparison, Difference, FeatureDifference, Set, 
 use super::labels::compare_labels;
 use super::pairing::{pairs, signed_like};
 use super::results::{Feature, Geometry, Results};
+use super::sonars::compare_sonars;
 use super::tolerance::Tolerance;
 use crate::geometry::{Vec2, unit, wrap_angle};
 
@@ -15,6 +16,12 @@ use crate::geometry::{Vec2, unit, wrap_angle};
 /// labels by sonar and stamp, where both sides have labels.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
     let mut found = Comparison::default();
+    if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
+        let sonars = compare_sonars(golden, actual, tolerance);
+        found
+            .differences
+            .extend(sonars.into_iter().map(Difference::Sonar));
+    }
     for (set, golden, actual) in [
         (Set::Map, &golden.map, &actual.map),
         (Set::Extracted, &golden.extracted, &actual.extracted),
@@ -27,7 +34,7 @@ pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Com
         );
     }
     if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
-        let (clear, borderline) = compare_labels(golden, actual, tolerance.borderline);
+        let (clear, borderline) = compare_labels(golden, actual, tolerance);
         found
             .differences
             .extend(clear.into_iter().map(Difference::Labels));
@@ -101,19 +108,7 @@ fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Cha
         ) => {
             let (offset, angle) = signed_like(other, *theta).unwrap_or((*rho, *theta));
             changes.extend(length("rho", *rho, offset, tolerance.rho));
-            let delta = wrap_angle(angle - theta);
-            if beyond(delta, tolerance.theta) {
-                let value = Value::Angle {
-                    golden: *theta,
-                    actual: angle,
-                    delta,
-                    tolerance: tolerance.theta,
-                };
-                changes.push(Change {
-                    what: "theta",
-                    value,
-                });
-            }
+            changes.extend(self::angle("theta", *theta, angle, tolerance.theta));
             let along = |mid: &[f64; 2]| unit(theta + FRAC_PI_2).dot(&Vec2::from(*mid));
             changes.extend(length("middle", along(mid), along(m), tolerance.extent));
             changes.extend(length("half length", *half_length, *h, tolerance.extent));
@@ -165,11 +160,35 @@ fn beyond(delta: f64, tolerance: f64) -> bool {
     delta.abs() > tolerance + ROUNDING
 }
 
-fn length(what: &'static str, golden: f64, actual: f64, tolerance: f64) -> Option<Change> {
+pub(super) fn length(
+    what: &'static str,
+    golden: f64,
+    actual: f64,
+    tolerance: f64,
+) -> Option<Change> {
     let delta = actual - golden;
     beyond(delta, tolerance).then_some(Change {
         what,
         value: Value::Length {
+            golden,
+            actual,
+            delta,
+            tolerance,
+        },
+    })
+}
+
+/// `actual` is taken as the angle next to `golden` that it is on the circle.
+pub(super) fn angle(
+    what: &'static str,
+    golden: f64,
+    actual: f64,
+    tolerance: f64,
+) -> Option<Change> {
+    let delta = wrap_angle(actual - golden);
+    beyond(delta, tolerance).then_some(Change {
+        what,
+        value: Value::Angle {
             golden,
             actual,
             delta,

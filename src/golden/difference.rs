@@ -1,13 +1,13 @@
 //! What a comparison found.
 
-use super::results::{Feature, Mark};
+use super::results::{Feature, Margin, Mark};
 
 /// The outcome of a comparison.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
-    /// What differs: the log, then the map, the extracted features, the labels.
+    /// What differs: the log, the sonars, then the map, the extracted features, the labels.
     pub differences: Vec<Difference>,
-    /// Labels that flipped with less than the tolerance `borderline` to spare.
+    /// Labels that flipped with less than the tolerances `borderline` and `borderline_chi2` to spare.
     pub borderline: Vec<LabelRun>,
     /// Whether both sides have labels to compare.
     pub labels_compared: bool,
@@ -23,10 +23,21 @@ pub enum Difference {
         /// Digest of the log at hand.
         actual: String,
     },
+    /// A sonar that is mounted or measures otherwise.
+    Sonar(SonarDifference),
     /// A feature.
     Feature(Box<FeatureDifference>),
     /// Consecutive arcs of one sonar whose labels changed in the same way.
     Labels(LabelRun),
+}
+
+/// A sonar that is mounted or measures otherwise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SonarDifference {
+    /// Its name.
+    pub sensor: String,
+    /// What is out of tolerance; never empty.
+    pub changes: Vec<Change>,
 }
 
 /// A feature that moved, went or came.
@@ -161,8 +172,8 @@ pub struct StrayedArc {
     pub stamp_ns: i64,
     /// Its frame, or for an arc that is gone the one that it would be in.
     pub frame: Option<u32>,
-    /// Radians that its present label has to spare.
-    pub margin: Option<f64>,
+    /// What its present label has to spare.
+    pub margin: Option<Margin>,
 }
 
 impl FeatureDifference {
@@ -191,7 +202,7 @@ impl Difference {
     /// First and last frame that it is about, where it is about frames.
     pub fn frames(&self) -> Option<[u32; 2]> {
         match self {
-            Self::Log { .. } => None,
+            Self::Log { .. } | Self::Sonar(_) => None,
             Self::Feature(feature) => feature.frames(),
             Self::Labels(run) => run.frames(),
         }

@@ -1,16 +1,19 @@
 //! The golden file: written, read, and refused where it makes no sense.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::GoldenError;
 use super::label_table::LabelTable;
 use super::layout::render;
 use super::results::Results;
 use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
+use super::unrecorded::unrecorded;
 use crate::config::Config;
 use crate::config::file::{ConfigError, check};
+use crate::schema::{Relation, in_words, of_file, relation};
 
 /// The format's name and version.
 pub const SCHEMA: &str = "tmam.golden/1";
@@ -50,51 +53,6 @@ pub struct LogInfo {
     pub events_sha256: String,
 }
 
-/// Why a golden file cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum GoldenError {
-    /// It cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// It is of another kind, or of a version that this program does not know.
-    #[error(
-        "{} has the schema `{found}`, and this is tmam {}, which reads `{SCHEMA}`. {}",
-        path.display(), env!("CARGO_PKG_VERSION"),
-        if *.newer { "Install the tmam that wrote it, or bless it again with this one after removing the file" }
-        else { "It is no golden file" }
-    )]
-    Schema {
-        /// The file.
-        path: PathBuf,
-        /// Its schema.
-        found: String,
-        /// Whether a later version wrote it.
-        newer: bool,
-    },
-    /// It is not what its schema says.
-    #[error(
-        "{} is no golden file as tmam writes it: {reason}. Mend it, take it back from version control, \
-         or remove it and bless anew", path.display()
-    )]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A parameter that JSON cannot hold.
-    #[error("the configuration cannot be recorded in a golden file: {reason}")]
-    Config {
-        /// Why.
-        reason: String,
-    },
-}
-
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -110,11 +68,6 @@ struct File {
     features: Option<Rows>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     labels: Option<LabelTable>,
-}
-
-#[derive(Deserialize)]
-struct Head {
-    schema: String,
 }
 
 impl Golden {
@@ -155,15 +108,18 @@ impl Golden {
             path: path.to_owned(),
             reason,
         };
-        let head: Head = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
-        if head.schema != SCHEMA {
+        let found = of_file(bytes)
+            .map_err(malformed)?
+            .ok_or_else(|| malformed("it does not say its schema".to_owned()))?;
+        let relation = relation(&found, SCHEMA);
+        if relation != Relation::Same {
             return Err(GoldenError::Schema {
                 path: path.to_owned(),
-                newer: head.schema.starts_with("tmam.golden/"),
-                found: head.schema,
+                relation,
+                found,
             });
         }
-        let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(e.to_string()))?;
+        let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
         let unrecorded = file
             .config
             .as_ref()
@@ -264,41 +220,6 @@ impl File {
                 labels,
             },
         })
-    }
-}
-
-/// Parameters that the program has and the file does not record.
-fn unrecorded(bytes: &[u8], config: &Config) -> Vec<String> {
-    let recorded = serde_json::from_slice(bytes)
-        .ok()
-        .and_then(|file: serde_json::Value| file.get("config").cloned());
-    let (Some(recorded), Ok(full)) = (recorded, serde_json::to_value(config)) else {
-        return Vec::new();
-    };
-    let mut missing = Vec::new();
-    absent(&recorded, &full, "", &mut missing);
-    missing
-}
-
-fn absent(
-    recorded: &serde_json::Value,
-    full: &serde_json::Value,
-    path: &str,
-    missing: &mut Vec<String>,
-) {
-    let (Some(recorded), Some(full)) = (recorded.as_object(), full.as_object()) else {
-        return;
-    };
-    for (key, value) in full {
-        let path = if path.is_empty() {
-            key.clone()
-        } else {
-            format!("{path}.{key}")
-        };
-        match recorded.get(key) {
-            Some(recorded) => absent(recorded, value, &path, missing),
-            None => missing.push(path),
-        }
     }
 }
 

@@ -4,7 +4,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::compare::compare;
-use super::file::{Golden, GoldenError};
+use super::error::GoldenError;
+use super::file::Golden;
 use super::results::Results;
 use super::text::describe;
 use super::tolerance::{Tolerance, ToleranceError};

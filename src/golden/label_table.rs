@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::coding::{decode_marks, decode_steps, encode_marks, encode_steps};
 use super::file::Contradiction;
-use super::results::{LabelledArc, Labels, Mark};
+use super::results::{LabelledArc, Labels, Mark, Measured};
 
 /// The labels of a golden file.
 #[derive(Serialize, Deserialize)]
@@ -21,6 +21,9 @@ pub struct LabelTable {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SonarRow {
+    /// Where the sonar is and what it measures; not known of files from before they held it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    measured: Option<Measured>,
     labels: String,
     first_ns: i64,
     steps_ms: String,
@@ -33,6 +36,7 @@ impl From<&Labels> for LabelTable {
         let rows = labels.sonars.iter().filter_map(|(sonar, arcs)| {
             let stamps: Vec<i64> = arcs.iter().map(|arc| arc.stamp_ns).collect();
             let row = SonarRow {
+                measured: labels.measured.get(sonar).copied(),
                 labels: encode_marks(arcs.iter().map(|arc| arc.mark)),
                 first_ns: *stamps.first()?,
                 steps_ms: encode_steps(&stamps),
@@ -76,6 +80,13 @@ impl LabelTable {
                     margin: None,
                     reason: None,
                 });
+            if let Some(measured) = row.measured {
+                let numbers = measured.mount.into_iter().chain([measured.mean_range]);
+                if numbers.into_iter().any(|number| !number.is_finite()) {
+                    return Err(wrong("a number in `measured` is not finite".to_owned()));
+                }
+                labels.measured.insert(sonar.clone(), measured);
+            }
             labels.sonars.insert(sonar, arcs.collect());
         }
         let counts = labels.counts();

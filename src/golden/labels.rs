@@ -4,13 +4,14 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use super::difference::{LabelChange, LabelRun, StrayedArc};
-use super::results::{LabelledArc, Labels};
+use super::results::{LabelledArc, Labels, Margin};
+use super::tolerance::Tolerance;
 
-/// The labels that differ, and those that flipped with less than `borderline` to spare.
+/// The labels that differ, and those that flipped with less than the tolerance to spare.
 pub fn compare_labels(
     golden: &Labels,
     actual: &Labels,
-    borderline: f64,
+    tolerance: &Tolerance,
 ) -> (Vec<LabelRun>, Vec<LabelRun>) {
     let (mut clear, mut near): (Vec<LabelRun>, Vec<LabelRun>) = Default::default();
     let sonars: BTreeSet<&String> = golden.sonars.keys().chain(actual.sonars.keys()).collect();
@@ -24,7 +25,9 @@ pub fn compare_labels(
                 continue;
             };
             let is_near = matches!(change, LabelChange::Flipped { .. })
-                && arc.margin.is_some_and(|margin| margin < borderline);
+                && arc
+                    .margin
+                    .is_some_and(|margin| is_borderline(margin, tolerance));
             let runs = if is_near { &mut near } else { &mut clear };
             match runs.last_mut() {
                 Some(run) if going == Some((change, is_near)) => run.arcs.push(arc),
@@ -38,6 +41,13 @@ pub fn compare_labels(
         }
     }
     (clear, near)
+}
+
+fn is_borderline(margin: Margin, tolerance: &Tolerance) -> bool {
+    match margin {
+        Margin::Angle(radians) => radians < tolerance.borderline,
+        Margin::Chi2(chi2) => chi2 < tolerance.borderline_chi2,
+    }
 }
 
 /// The arcs of two lists, those of one stamp together.
@@ -99,13 +109,33 @@ mod tests {
             stamp_ns: *stamp_ns,
             mark: *mark,
             frame: None,
-            margin: Some(*margin),
+            margin: Some(Margin::Angle(*margin)),
             reason: None,
         });
         Labels {
             sonars: [("a".to_owned(), arcs.collect())].into(),
             frame_stamps: vec![0, 20, 40],
+            ..Labels::default()
         }
+    }
+
+    fn borderline(borderline: f64) -> Tolerance {
+        Tolerance {
+            borderline,
+            ..Tolerance::default()
+        }
+    }
+
+    #[test]
+    fn each_kind_of_margin_has_a_tolerance_of_its_own() {
+        let tolerance = Tolerance {
+            borderline: 0.001,
+            borderline_chi2: 0.1,
+            ..Tolerance::default()
+        };
+        assert!(is_borderline(Margin::Chi2(0.05), &tolerance));
+        assert!(!is_borderline(Margin::Angle(0.05), &tolerance));
+        assert!(!is_borderline(Margin::Chi2(0.2), &tolerance));
     }
 
     #[test]
@@ -122,7 +152,7 @@ mod tests {
             (30, Contact, 0.1),
             (50, Contact, 0.1),
         ]);
-        let (clear, near) = compare_labels(&golden, &actual, 0.0);
+        let (clear, near) = compare_labels(&golden, &actual, &borderline(0.0));
         let changes: Vec<_> = clear
             .iter()
             .map(|run| (run.change, run.arcs[0].stamp_ns, run.arcs[0].frame))
@@ -153,13 +183,16 @@ mod tests {
             (4, Unidentified, 0.3),
             (5, Contact, 0.1),
         ]);
-        let (clear, near) = compare_labels(&golden, &actual, 0.001);
+        let (clear, near) = compare_labels(&golden, &actual, &borderline(0.001));
         assert_eq!(
             clear.iter().map(|run| run.arcs.len()).collect::<Vec<_>>(),
             [2, 1]
         );
         assert_eq!(near.len(), 1);
         assert_eq!(near[0].arcs[0].stamp_ns, 3);
-        assert_eq!(compare_labels(&golden, &golden, 0.001), (vec![], vec![]));
+        assert_eq!(
+            compare_labels(&golden, &golden, &borderline(0.001)),
+            (vec![], vec![])
+        );
     }
 }

@@ -1,27 +1,18 @@
 //! Which feature was which: pairs by nearness, never by place in a list.
 //!
 //! What is identical is paired first. Among the rest, pairs within the gates are chosen so that
-//! there are as many as can be and their distances add up to the least (Kuhn-Munkres).
+//! there are as many as can be and their distances add up to the least.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use pathfinding::kuhn_munkres::kuhn_munkres;
-use pathfinding::matrix::Matrix;
-
 use super::results::{Feature, Geometry};
 use super::tolerance::Tolerance;
+use crate::assignment::assign;
 use crate::geometry::{Vec2, angle_between, unit, wrap_angle};
 
 /// Frames that may lie between the runs of an extracted feature and of its partner.
 const FRAMES_APART: u32 = 10;
-/// Groups with more possible pairs than this are paired nearest first: the optimum of a thousand
-/// features that all lie on each other would take minutes and mean nothing.
-const MOST_CELLS: usize = 250_000;
-/// A pair counts this much, less its distance.
-const PAIR: i64 = 1_000_000_000;
-/// Distances are counted in such parts of a gate.
-const PARTS: f64 = 1e6;
 
 /// Pairs of places in the two lists.
 pub fn pairs(golden: &[Feature], actual: &[Feature], tolerance: &Tolerance) -> Vec<(usize, usize)> {
@@ -39,33 +30,19 @@ pub fn pairs(golden: &[Feature], actual: &[Feature], tolerance: &Tolerance) -> V
     };
     let rows = free(golden.len(), &in_golden);
     let columns = free(actual.len(), &in_actual);
-    let mut edges = Vec::new();
+    let mut costs = Vec::new();
     for row in &rows {
         for column in &columns {
             if let (Some(g), Some(a)) = (golden.get(*row), actual.get(*column))
                 && let Some(cost) = distance(g, a, tolerance)
             {
-                edges.push(Edge {
-                    row: *row,
-                    column: *column,
-                    cost,
-                });
+                costs.push((*row, *column, cost));
             }
         }
     }
-    for group in groups(edges) {
-        found.extend(assign(&group));
-    }
+    found.extend(assign(golden.len(), actual.len(), &costs));
     found.sort_unstable();
     found
-}
-
-/// Two features that may be one, and how far apart they are: 0 to some gates.
-#[derive(Debug, Clone, Copy)]
-struct Edge {
-    row: usize,
-    column: usize,
-    cost: f64,
 }
 
 /// Features that did not change at all.
@@ -164,89 +141,6 @@ fn frames_apart(golden: [u32; 2], actual: [u32; 2]) -> Option<f64> {
         let shift = a.abs_diff(c).min(1000) + b.abs_diff(d).min(1000);
         f64::from(shift) / 100.0
     })
-}
-
-/// Edges that share no feature with those of another group can be decided apart from them.
-fn groups(edges: Vec<Edge>) -> Vec<Vec<Edge>> {
-    fn root(parents: &mut BTreeMap<usize, usize>, of: usize) -> usize {
-        let mut at = of;
-        while let Some(parent) = parents.get(&at).copied().filter(|parent| *parent != at) {
-            at = parent;
-        }
-        parents.insert(of, at);
-        at
-    }
-    // Rows are even numbers, columns odd ones.
-    let mut parents = BTreeMap::new();
-    for edge in &edges {
-        let (a, b) = (
-            root(&mut parents, 2 * edge.row),
-            root(&mut parents, 2 * edge.column + 1),
-        );
-        parents.insert(a.max(b), a.min(b));
-    }
-    let mut groups = BTreeMap::<usize, Vec<Edge>>::new();
-    for edge in edges {
-        let root = root(&mut parents, 2 * edge.row);
-        groups.entry(root).or_default().push(edge);
-    }
-    groups.into_values().collect()
-}
-
-fn assign(group: &[Edge]) -> Vec<(usize, usize)> {
-    let places = |side: fn(&Edge) -> usize| -> Vec<usize> {
-        let mut places: Vec<usize> = group.iter().map(side).collect();
-        places.sort_unstable();
-        places.dedup();
-        places
-    };
-    let (rows, columns) = (places(|e| e.row), places(|e| e.column));
-    if rows.len().saturating_mul(columns.len()) > MOST_CELLS {
-        return nearest_first(group);
-    }
-    // The solver wants no more rows than columns.
-    let turned = rows.len() > columns.len();
-    let (short, long) = if turned {
-        (&columns, &rows)
-    } else {
-        (&rows, &columns)
-    };
-    let mut weights = Matrix::new(short.len(), long.len(), 0_i64);
-    for edge in group {
-        let (s, l) = if turned {
-            (edge.column, edge.row)
-        } else {
-            (edge.row, edge.column)
-        };
-        if let (Ok(s), Ok(l)) = (short.binary_search(&s), long.binary_search(&l))
-            && let Some(weight) = weights.get_mut((s, l))
-        {
-            *weight = PAIR - (edge.cost * PARTS) as i64;
-        }
-    }
-    let (_, partners) = kuhn_munkres(&weights);
-    partners
-        .into_iter()
-        .enumerate()
-        .filter(|(s, l)| weights.get((*s, *l)).is_some_and(|weight| *weight > 0))
-        .filter_map(|(s, l)| {
-            let (s, l) = (*short.get(s)?, *long.get(l)?);
-            Some(if turned { (l, s) } else { (s, l) })
-        })
-        .collect()
-}
-
-fn nearest_first(group: &[Edge]) -> Vec<(usize, usize)> {
-    let mut edges = group.to_vec();
-    edges.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let (mut rows, mut columns) = (BTreeMap::new(), BTreeMap::new());
-    for edge in edges {
-        if !rows.contains_key(&edge.row) && !columns.contains_key(&edge.column) {
-            rows.insert(edge.row, edge.column);
-            columns.insert(edge.column, edge.row);
-        }
-    }
-    rows.into_iter().collect()
 }
 
 #[cfg(test)]

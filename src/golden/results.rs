@@ -1,5 +1,6 @@
 //! What is compared: the map, the extracted features, and the label of every arc.
 
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::geometry::{Vec2, direction, unit, wrap_angle};
@@ -70,6 +71,19 @@ pub struct Labels {
     pub sonars: BTreeMap<String, Vec<LabelledArc>>,
     /// The stamp of every frame; empty where frames are not known.
     pub frame_stamps: Vec<i64>,
+    /// Where each sonar measured from and what, by its name; empty where that is not known.
+    pub measured: BTreeMap<String, Measured>,
+}
+
+/// What one sonar's arcs have in common: so that a sonar that is mounted otherwise, or measures
+/// otherwise, is named even where no label changes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// The sonar in the robot's frame: x, y in metres and yaw in radians.
+    pub mount: [f64; 3],
+    /// The mean range of its arcs, metres.
+    pub mean_range: f64,
 }
 
 /// The label of one arc.
@@ -81,10 +95,28 @@ pub struct LabelledArc {
     pub mark: Mark,
     /// Its frame, where that is known.
     pub frame: Option<u32>,
-    /// Radians to the nearest bound that would change the label, where that is known.
-    pub margin: Option<f64>,
+    /// How far it is from another label, where that is known.
+    pub margin: Option<Margin>,
     /// Why it is unidentified, where that is known. Never compared.
     pub reason: Option<&'static str>,
+}
+
+/// What a label has to spare, or lacks to become another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Margin {
+    /// Radians: angles decide, under the paper's rule.
+    Angle(f64),
+    /// Weighted squares of residuals: readings decide, under the noise-aware rule.
+    Chi2(f64),
+}
+
+impl Margin {
+    /// Its number, to order margins of a kind.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Angle(value) | Self::Chi2(value) => value,
+        }
+    }
 }
 
 /// A label without its reason.

@@ -1,8 +1,8 @@
-//! Features as rows of a file: of a golden file, and of `features.json`.
+//! Features as rows of a golden file.
 
 use serde::{Deserialize, Serialize};
 
-use super::results::{Feature, Geometry, Results, micro};
+use super::results::{Feature, Geometry};
 use crate::tmam::feature::Kind;
 
 /// The features of a golden file, by kind.
@@ -66,10 +66,13 @@ struct UnfittedRow {
     fate: Option<String>,
 }
 
+/// The kind of a feature, in files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum KindName {
+pub enum KindName {
+    /// A line.
     Line,
+    /// A point.
     Point,
 }
 
@@ -179,118 +182,5 @@ impl From<Rows> for Vec<Feature> {
         let mut features: Vec<Feature> = lines.chain(points).chain(unfitted).collect();
         features.sort_by_key(|feature| feature.id);
         features
-    }
-}
-
-/// What of `features.json` is compared; the rest is passed over.
-#[derive(Deserialize)]
-struct FeaturesFile {
-    features: Vec<Extracted>,
-    map: MapLists,
-}
-
-#[derive(Deserialize)]
-struct MapLists {
-    lines: Vec<Extracted>,
-    points: Vec<Extracted>,
-}
-
-#[derive(Deserialize)]
-struct Extracted {
-    id: u32,
-    kind: Option<KindName>,
-    sensor: Option<String>,
-    first_frame: Option<u32>,
-    last_frame: Option<u32>,
-    readings: Readings,
-    rho: Option<f64>,
-    theta: Option<f64>,
-    mid: Option<[f64; 2]>,
-    half_length: Option<f64>,
-    x: Option<f64>,
-    y: Option<f64>,
-    covariance: Option<[[f64; 2]; 2]>,
-    map_id: Option<u32>,
-    action: Option<String>,
-    reason: Option<String>,
-    status: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Readings {
-    Frames(Vec<u32>),
-    Count(u32),
-}
-
-/// The results in the text of a `features.json`; it holds no labels.
-///
-/// # Errors
-/// When the text is no features file.
-pub fn from_features_file(text: &str) -> Result<Results, serde_json::Error> {
-    let file: FeaturesFile = serde_json::from_str(text)?;
-    let mut spans = std::collections::BTreeMap::<u32, [u32; 2]>::new();
-    for row in &file.features {
-        if let (Some(id), Some(first), Some(last)) = (row.map_id, row.first_frame, row.last_frame) {
-            let span = spans.entry(id).or_insert([first, last]);
-            *span = [span[0].min(first), span[1].max(last)];
-        }
-    }
-    let lines = file
-        .map
-        .lines
-        .into_iter()
-        .map(|row| row.feature(Kind::Line));
-    let points = file
-        .map
-        .points
-        .into_iter()
-        .map(|row| row.feature(Kind::Point));
-    let mut map: Vec<Feature> = lines
-        .chain(points)
-        .map(|feature| Feature {
-            frames: spans.get(&feature.id).copied(),
-            ..feature
-        })
-        .collect();
-    map.sort_by_key(|feature| feature.id);
-    let extracted = file
-        .features
-        .into_iter()
-        .map(|row| {
-            let kind = row.kind.map_or(Kind::Line, Kind::from);
-            row.feature(kind)
-        })
-        .collect();
-    Ok(Results {
-        map,
-        extracted,
-        labels: None,
-    })
-}
-
-impl Extracted {
-    fn feature(self, kind: Kind) -> Feature {
-        let line = (self.rho, self.theta, self.mid, self.half_length);
-        let shaped = match (kind, line, self.x, self.y) {
-            (Kind::Line, (Some(rho), Some(theta), Some(mid), Some(half_length)), ..) => {
-                Feature::line(rho, theta, mid, half_length)
-            }
-            (Kind::Point, _, Some(x), Some(y)) => Feature::point(x, y),
-            _ => Feature::new(kind, None),
-        };
-        let sigma = self.covariance.filter(|_| shaped.geometry.is_some());
-        Feature {
-            id: self.id,
-            sigma: sigma.map(|[[a, _], [_, d]]| [a, d].map(|v| micro(v.max(0.0).sqrt()))),
-            readings: match self.readings {
-                Readings::Frames(frames) => u32::try_from(frames.len()).unwrap_or(u32::MAX),
-                Readings::Count(count) => count,
-            },
-            frames: self.first_frame.zip(self.last_frame).map(|(a, b)| [a, b]),
-            sensor: self.sensor,
-            fate: self.reason.or(self.action).or(self.status),
-            ..shaped
-        }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::difference::{
     Change, Difference, FeatureDifference, LabelChange, LabelRun, Set, State, Value,
 };
-use super::results::{Feature, Geometry, Labels, Mark};
+use super::results::{Feature, Geometry, Labels, Margin, Mark};
 use crate::geometry::{Vec2, unit};
 
 /// A difference in one line: what it was, what it is, by how much, and where to look; `recording` is
@@ -19,6 +19,10 @@ pub fn describe(difference: &Difference, recording: Option<&Path>) -> String {
                 short(golden),
                 short(actual)
             )
+        }
+        Difference::Sonar(sonar) => {
+            let changes: Vec<String> = sonar.changes.iter().map(change).collect();
+            format!("{}: {}", sonar.sensor, changes.join("; "))
         }
         Difference::Feature(feature) => {
             format!(
@@ -198,16 +202,20 @@ fn at(run: &LabelRun) -> String {
 
 fn margins(run: &LabelRun) -> String {
     let margins = || run.arcs.iter().filter_map(|arc| arc.margin);
-    let (Some(least), Some(most)) = (
-        margins().min_by(f64::total_cmp),
-        margins().max_by(f64::total_cmp),
-    ) else {
+    let by_value = |a: &Margin, b: &Margin| a.value().total_cmp(&b.value());
+    let (Some(least), Some(most)) = (margins().min_by(by_value), margins().max_by(by_value)) else {
         return String::new();
     };
-    let degrees = |margin: f64| format!("{:.3}", margin.to_degrees());
-    match (degrees(least), degrees(most)) {
-        (least, most) if least == most => format!(", margin {least} deg"),
-        (least, most) => format!(", margins {least} to {most} deg"),
+    let (number, unit): (fn(Margin) -> String, _) = match least {
+        Margin::Angle(_) => (
+            |margin| format!("{:.3}", margin.value().to_degrees()),
+            "deg",
+        ),
+        Margin::Chi2(_) => (|margin| format!("{:.2}", margin.value()), "chi2"),
+    };
+    match (number(least), number(most)) {
+        (least, most) if least == most => format!(", margin {least} {unit}"),
+        (least, most) => format!(", margins {least} to {most} {unit}"),
     }
 }
 

@@ -20,6 +20,9 @@ pub struct Tolerance {
     pub readings: u32,
     /// A label that flipped with less than this to spare may be rounding, radians.
     pub borderline: f64,
+    /// The same for a label that the readings decide, not the angles: chi2.
+    #[serde(default = "borderline_chi2")]
+    pub borderline_chi2: f64,
     /// Features farther apart than this are never the same one, metres.
     pub pair_distance: f64,
     /// Lines whose normals differ by more than this are never the same one, radians.
@@ -36,10 +39,16 @@ impl Default for Tolerance {
             sigma: 0.05,
             readings: 1,
             borderline: 0.001,
+            borderline_chi2: borderline_chi2(),
             pair_distance: 0.30,
             pair_angle: 0.20,
         }
     }
+}
+
+/// A hundredth of what decides: far more than rounding, less than any change that matters.
+fn borderline_chi2() -> f64 {
+    0.1
 }
 
 /// A tolerance that makes no sense.
@@ -92,6 +101,7 @@ impl Tolerance {
             ("position", self.position),
             ("sigma", self.sigma),
             ("borderline", self.borderline),
+            ("borderline_chi2", self.borderline_chi2),
             ("pair_distance", self.pair_distance),
             ("pair_angle", self.pair_angle),
         ] {

@@ -73,6 +73,18 @@ impl Opinion {
         (lead >= decisive).then_some(kind)
     }
 
+    /// How far the readings are beyond deciding for a kind, as chi2: the least of its room below the
+    /// gate, the other kind's excess over it, and what the lead has beyond `decisive`. Negative where
+    /// they do not decide for it.
+    pub fn beyond(&self, kind: Kind, gate: f64, decisive: f64) -> f64 {
+        let (own, other) = match kind {
+            Kind::Line => (self.chi2_line, self.chi2_point),
+            Kind::Point => (self.chi2_point, self.chi2_line),
+        };
+        // Of two infinite ones there is no difference, and no room below the gate either.
+        (gate - own).min(other - gate).min(other - own - decisive)
+    }
+
     /// Whether the readings contradict a label.
     pub fn contradicts(&self, label: Label) -> bool {
         match label {

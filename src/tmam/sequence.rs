@@ -76,6 +76,7 @@ impl Sequence {
             arc: middle.id,
             label,
             margin: Some(angles.margin),
+            chi2_margin: None,
             evidence: Some(Evidence {
                 angles,
                 spread: Spread::of([&before, &middle, &after]),
@@ -97,6 +98,7 @@ fn no_triple(arc: Arc, reason: Reason) -> Decision {
             arc: arc.id,
             label: Label::Unidentified(reason),
             margin: None,
+            chi2_margin: None,
             evidence: None,
         },
         triple: None,

@@ -219,6 +219,7 @@ impl Stream {
                 case.verdict = Some(Verdict {
                     label,
                     margin: None,
+                    chi2_margin: wide.margin.filter(|_| decision.triple.is_some()),
                     ..decision.verdict
                 });
                 match (label.kind(), decision.triple) {

@@ -77,6 +77,8 @@ pub struct Verdict {
     /// Radians that the angles lack, or have to spare, to the nearest bound that would change the
     /// label; `None` where angles do not decide.
     pub margin: Option<f64>,
+    /// How far the chi2 of its readings is from another label; `None` where readings do not decide.
+    pub chi2_margin: Option<f64>,
     /// Why; `None` where the arc is not the middle of a triple.
     pub evidence: Option<Evidence>,
 }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::arc::{Arc, ArcId};
+use super::feature::Kind;
 use super::opinion::{Gate, Opinion};
 use crate::config;
 
@@ -16,6 +17,20 @@ pub struct Wide {
     pub opinion: Option<Opinion>,
     /// The readings of that window, where they decided: `k-m ..= k+m`.
     pub window: Vec<Arc>,
+    /// How far the chi2 of some window looked at is from another outcome; `None` where there is no
+    /// opinion, or no other outcome is near.
+    pub margin: Option<f64>,
+}
+
+/// What the windows so far, which did not end the search, lacked to end it, as chi2.
+#[derive(Debug, Clone, Copy)]
+struct Lacking {
+    /// To decide for a line.
+    line: f64,
+    /// To decide for a point.
+    point: f64,
+    /// To find that neither explains the readings.
+    neither: f64,
 }
 
 /// An arc whose window still grows.
@@ -26,6 +41,16 @@ struct Growing {
     opinion: Option<Opinion>,
     done: bool,
     decided: bool,
+    lacking: Lacking,
+    margin: f64,
+}
+
+impl Lacking {
+    const NOTHING_SEEN: Self = Self {
+        line: f64::INFINITY,
+        point: f64::INFINITY,
+        neither: f64::INFINITY,
+    };
 }
 
 /// Widens the triples of one sonar's unbroken stretch of readings.
@@ -51,6 +76,8 @@ impl Widening {
             opinion: None,
             done: false,
             decided: false,
+            lacking: Lacking::NOTHING_SEEN,
+            margin: f64::INFINITY,
         });
         let mut growing = std::mem::take(&mut self.growing);
         for one in growing.iter_mut().filter(|one| !one.done) {
@@ -81,9 +108,24 @@ impl Widening {
         }
         let window = self.window(one.at, half);
         let opinion = Opinion::of(&window, gate);
-        one.decided = opinion.decided(bounds.decisive).is_some();
-        one.done =
-            one.decided || opinion.chi2_line.min(opinion.chi2_point) >= gate.at(window.len() - 2);
+        let gate = gate.at(window.len() - 2);
+        let least = opinion.chi2_line.min(opinion.chi2_point);
+        let kind = opinion.decided(bounds.decisive);
+        one.decided = kind.is_some();
+        one.done = one.decided || least >= gate;
+        let [line, point] =
+            [Kind::Line, Kind::Point].map(|kind| opinion.beyond(kind, gate, bounds.decisive));
+        let before = one.lacking;
+        one.lacking = Lacking {
+            line: before.line.min(-line),
+            point: before.point.min(-point),
+            neither: before.neither.min(gate - least),
+        };
+        one.margin = match kind {
+            Some(Kind::Line) => line.min(before.point).min(before.neither),
+            Some(Kind::Point) => point.min(before.line).min(before.neither),
+            None => one.lacking.line.min(one.lacking.point),
+        };
         one.opinion = Some(opinion);
     }
 
@@ -112,6 +154,7 @@ impl Widening {
                 } else {
                     Vec::new()
                 },
+                margin: one.opinion.and(Some(one.margin)).filter(|m| m.is_finite()),
             });
         }
         settled
@@ -124,5 +167,69 @@ impl Widening {
         while self.first < needed && self.arcs.pop_front().is_some() {
             self.first += 1;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::SonarId;
+    use crate::geometry::{Pose2, Vec2, unit};
+    use crate::tmam::fit::testing::Gauss;
+
+    const GATE: f64 = 6.63;
+
+    /// What becomes of a stretch of noisy arcs along a wall with a corner in front of its end.
+    fn kinds(seed: u64, decisive: f64) -> Vec<(Option<Kind>, Option<f64>)> {
+        let (mut noise, gate) = (Gauss::new(seed), Gate::new(GATE));
+        let bounds = config::Opinion {
+            decisive,
+            ..config::Opinion::default()
+        };
+        let mut widening = Widening::default();
+        let mut settled = Vec::new();
+        for frame in 0..24_u32 {
+            let sensor = Vec2::new(f64::from(frame) * 0.1, 0.0);
+            let wall = 2.0 - unit(1.6).dot(&sensor);
+            let range = if frame < 12 {
+                wall
+            } else {
+                (Vec2::new(1.8, 1.9) - sensor).norm()
+            };
+            let arc = Arc {
+                id: ArcId {
+                    frame,
+                    sonar: SonarId(0),
+                },
+                stamp_ns: 0,
+                world_from_sensor: Pose2::new(sensor.x, sensor.y, 1.6),
+                range: range + 0.003 * noise.sample(),
+                beam_width: 0.5,
+                variance: 9e-6,
+            };
+            settled.extend(widening.push(arc, &bounds, &gate));
+        }
+        settled.extend(widening.end());
+        let kind = |wide: &Wide| wide.opinion.and_then(|o| o.decided(decisive));
+        settled.iter().map(|w| (kind(w), w.margin)).collect()
+    }
+
+    #[test]
+    fn nothing_within_the_margin_changes_a_label_and_something_beyond_it_does() {
+        let (decisive, mut held, mut changed) = (13.0, 0, 0);
+        for seed in 1..12 {
+            let all = kinds(seed, decisive);
+            for (at, (kind, margin)) in all.iter().enumerate() {
+                let Some(margin) = *margin else { continue };
+                assert!(margin >= 0.0, "{margin}");
+                for moved in [-margin, margin] {
+                    let by = |share: f64| kinds(seed, decisive + share * moved)[at].0;
+                    assert_eq!(by(0.999), *kind, "seed {seed}, arc {at}, margin {margin}");
+                    held += 1;
+                    changed += u32::from(by(1.001) != *kind);
+                }
+            }
+        }
+        assert!(held > 200 && changed > 10, "{held} held, {changed} changed");
     }
 }

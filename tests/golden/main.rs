@@ -12,8 +12,10 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod diff;
 mod harmless;
 mod mutations;
+mod noise_aware_mutations;
 mod refusals;
 mod reports;
 mod rust;
@@ -59,12 +61,14 @@ fn report(bench: &Bench, log: &Path) -> (i32, Value) {
     )
 }
 
-/// A directory with a copy of a sample's golden file, changed.
+/// A directory with a copy of a sample's golden file, changed; `noise_aware/room_drive` is the one
+/// under the noise-aware rule.
 fn bench_with(sample: &str, change: impl FnOnce(&mut Value)) -> Bench {
     let bench = Bench::new();
     std::fs::create_dir(bench.path("golden")).unwrap();
     let name = format!("{sample}.golden.json");
     let text = std::fs::read(golden().join(&name)).unwrap();
+    let name = name.rsplit('/').next().unwrap();
     let mut file: Value = serde_json::from_slice(&text).unwrap();
     change(&mut file);
     bench.put(&format!("golden/{name}"), file.to_string());

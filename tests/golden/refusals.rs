@@ -92,6 +92,56 @@ fn what_is_missing_is_named() {
 }
 
 #[test]
+fn reports_say_why_nothing_could_be_checked() {
+    let bench = Bench::new();
+    let log = path_of("room_step.mcap");
+    let arguments = [
+        "check",
+        &log,
+        "--golden",
+        "golden",
+        "--junit",
+        "new/j.xml",
+        "--summary",
+        "new/er/s.md",
+    ];
+    let run = tmam(&bench, &arguments, &[]);
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    let summary = String::from_utf8(bench.bytes("new/er/s.md")).unwrap();
+    assert!(summary.contains("no directory golden"), "{summary}");
+    let text = String::from_utf8(bench.bytes("new/j.xml")).unwrap();
+    let xml = roxmltree::Document::parse(&text).unwrap();
+    let error = xml.descendants().find(|node| node.has_tag_name("error"));
+    let message = error.unwrap().attribute("message").unwrap();
+    assert!(message.contains("no directory golden"), "{message}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_report_that_cannot_be_printed_is_no_success() {
+    let bench = bench_with("room_step", |_| {});
+    let log = path_of("room_step.mcap");
+    for arguments in [
+        vec!["check", &log, "--golden", "golden", "--json"],
+        vec!["check", &log, "--golden", "golden"],
+        vec!["diff", "golden/room_step.golden.json", &log],
+    ] {
+        let full = fs::OpenOptions::new()
+            .write(true)
+            .open("/dev/full")
+            .unwrap();
+        let status = std::process::Command::new(env!("CARGO_BIN_EXE_tmam"))
+            .args(&arguments)
+            .current_dir(bench.path(""))
+            .stdout(full)
+            .stderr(std::process::Stdio::null())
+            .status()
+            .unwrap();
+        assert_eq!(status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
 fn a_golden_file_that_makes_no_sense_is_refused() {
     type Change = fn(&mut serde_json::Value);
     let changes: [(Change, &str); 10] = [
@@ -261,7 +311,7 @@ fn where_nothing_can_be_written_nothing_is_begun() {
     let log = path_of("room_drive.mcap");
     for arguments in [
         ["--artifacts", "a_file/out"],
-        ["--junit", "no/such/dir.xml"],
+        ["--junit", "a_file/dir.xml"],
         ["--summary", "golden"],
     ] {
         let mut all = vec!["check", &log, "--golden", "golden"];

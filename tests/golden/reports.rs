@@ -68,7 +68,7 @@ fn junit_is_read_by_an_xml_reader_and_adds_up() {
         .children()
         .filter_map(|node| node.attribute("name"))
         .collect();
-    let kinds = ["log", "map", "extracted features", "labels"];
+    let kinds = ["log", "sonars", "map", "extracted features", "labels"];
     assert!(
         [&suites[0], &suites[1], &suites[2]]
             .iter()
@@ -241,6 +241,60 @@ fn blessing_with_one_parameter_keeps_the_others() {
     expected["rule"] = third["rule"].clone();
     assert_ne!(second, third);
     assert_eq!(third, expected);
+}
+
+#[test]
+fn golden_files_without_a_log_are_named_in_every_report_by_the_first_part() {
+    let bench = bench_with("room_drive", |_| {});
+    for name in ["room_step", "forgotten"] {
+        let copy = format!("golden/{name}.golden.json");
+        fs::copy(golden().join("room_step.golden.json"), bench.path(&copy)).unwrap();
+    }
+    let (drive, step) = (path_of("room_drive.mcap"), path_of("room_step.mcap"));
+    let note = "no log was given for golden/forgotten.golden.json";
+    for (part, tells) in [("1/1", true), ("1/2", true), ("2/2", false)] {
+        let check = [
+            "check",
+            &drive,
+            &step,
+            "--golden",
+            "golden",
+            "--partition",
+            part,
+            "--junit",
+            "j.xml",
+            "--summary",
+            "s.md",
+        ];
+        let run = tmam(&bench, &check, &[]);
+        assert_eq!(run.code, 0, "{}", run.stdout);
+        assert_eq!(run.stdout.contains(note), tells, "{part}: {}", run.stdout);
+        for file in ["j.xml", "s.md"] {
+            let text = String::from_utf8(bench.bytes(file)).unwrap();
+            assert_eq!(text.contains(note), tells, "{part}, {file}: {text}");
+        }
+        let json: Vec<&str> = check.into_iter().chain(["--json"]).collect();
+        let said: serde_json::Value =
+            serde_json::from_str(&tmam(&bench, &json, &[]).stdout).unwrap();
+        assert_eq!(said["notes"].to_string().contains(note), tells, "{part}");
+    }
+}
+
+#[test]
+fn a_log_that_nobody_has_blessed_leaves_what_would_be_blessed() {
+    let bench = bench_with("room_drive", |_| {});
+    let log = path_of("room_step.mcap");
+    let check = ["check", &log, "--golden", "golden", "--artifacts", "a/b"];
+    let run = tmam(&bench, &check, &[]);
+    assert_eq!(run.code, 3, "{}", run.stdout);
+    assert!(
+        run.stdout.contains("wrote a/b/room_step.golden.json.new"),
+        "{}",
+        run.stdout
+    );
+    let new = bench.path("golden/room_step.golden.json");
+    fs::copy(bench.path("a/b/room_step.golden.json.new"), new).unwrap();
+    assert_eq!(tmam(&bench, &check, &[]).code, 0);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::reflectors;
-use crate::evaluate::assignment::assign;
+use crate::assignment::assign;
 use crate::evaluate::matching::{Comparison, POINT_DISTANCE, TrueLine, compare};
 use crate::evaluate::truth::{Origin, Truth};
 use crate::geometry::unit;

@@ -1,4 +1,7 @@
-//! Optimal one-to-one pairing of few things with few others.
+//! Optimal one-to-one pairing of things with others: features with the truth, features with those
+//! of a golden file.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
@@ -8,6 +11,10 @@ const RESOLUTION: f64 = 1e-6;
 
 /// A larger cost counts as this.
 const LARGEST: f64 = 1e6;
+
+/// Groups with more possible pairs than this are paired nearest first: the optimum of a thousand
+/// things that all lie on each other would take minutes and mean nothing.
+const MOST_CELLS: usize = 250_000;
 
 /// Pairs rows with columns: as many pairs as can be, of these the ones whose costs add up to the
 /// least. `costs` holds (row, column, cost >= 0) of every pair that is allowed, each once; the
@@ -20,7 +27,7 @@ pub fn assign(rows: usize, columns: usize, costs: &[(usize, usize, f64)]) -> Vec
     for (row, column, _) in costs {
         groups.join(*row, rows + column);
     }
-    let mut by_group = std::collections::BTreeMap::<usize, Vec<(usize, usize, f64)>>::new();
+    let mut by_group = BTreeMap::<usize, Vec<(usize, usize, f64)>>::new();
     for pair in costs {
         by_group.entry(groups.root(pair.0)).or_default().push(*pair);
     }
@@ -38,6 +45,9 @@ fn assign_group(costs: &[(usize, usize, f64)]) -> Vec<(usize, usize)> {
         all
     };
     let (rows, columns) = (distinct(|c| c.0), distinct(|c| c.1));
+    if rows.len().saturating_mul(columns.len()) > MOST_CELLS {
+        return nearest_first(costs);
+    }
     // The solver wants no more rows than columns.
     let turned = rows.len() > columns.len();
     let (short, long) = if turned {
@@ -69,6 +79,18 @@ fn assign_group(costs: &[(usize, usize, f64)]) -> Vec<(usize, usize)> {
         .enumerate()
         .filter_map(paired)
         .collect()
+}
+
+fn nearest_first(costs: &[(usize, usize, f64)]) -> Vec<(usize, usize)> {
+    let mut costs = costs.to_vec();
+    costs.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let (mut rows, mut columns) = (BTreeMap::new(), BTreeSet::new());
+    for (row, column, _) in costs {
+        if !rows.contains_key(&row) && columns.insert(column) {
+            rows.insert(row, column);
+        }
+    }
+    rows.into_iter().collect()
 }
 
 /// Groups of things that are joined.
