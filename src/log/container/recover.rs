@@ -1,10 +1,11 @@
 //! What follows damage: where to go on, and what was lost.
 
-use std::io::{Read, Seek};
+use std::io::{self, Read, Seek};
 
 use super::loss::{BEHIND, Loss, SUMMARY, Why};
 use super::record::{self, ChunkHeader, PREFIX, op};
 use super::scan::{self, Prefix, Sought, next_record};
+use super::source::Source;
 use super::walker::{Next, Walker};
 use super::{MAGIC, MAX_CHUNK, OpenError};
 
@@ -143,11 +144,21 @@ impl<R: Read + Seek> Walker<'_, R> {
         }
         let sought = Sought {
             data_end: self.tail.limit.is_none(),
-            messages: (!self.chunked).then_some(&self.used.registry),
+            messages: (!self.chunked).then(|| self.used.known()),
+        };
+        let overlapped = match message {
+            Some(end) if self.looks > 0 => {
+                self.looks -= 1; // each look costs a pass over many records
+                overlapped(&mut self.source, at, end.min(searched), sought)?
+            }
+            _ => None,
         };
         let from = message.unwrap_or(at).saturating_add(1);
-        let next = next_record(&mut self.source, from, searched, sought)?
-            .unwrap_or(searched.max(at + 1).min(length));
+        let next = match overlapped {
+            Some(record) => record,
+            None => next_record(&mut self.source, from, searched, sought)?
+                .unwrap_or(searched.max(at + 1).min(length)),
+        };
         let why = if self.is_zero(message.unwrap_or(at), next)? {
             Why::Zeros
         } else if next == length && self.is_cut(at)? {
@@ -342,4 +353,37 @@ impl<R: Read + Seek> Walker<'_, R> {
         self.losses.add(Loss::new(summary, rest, SUMMARY, why));
         Ok(None)
     }
+}
+
+/// The first record that a message with a wrong length runs over: its records, one after the other, pass
+/// by where the message claims to end. Those in a message that carries records do not.
+fn overlapped<R: Read + Seek>(
+    source: &mut Source<R>,
+    at: u64,
+    end: u64,
+    sought: Sought<'_>,
+) -> io::Result<Option<u64>> {
+    /// So many places are looked at, and records from each on.
+    const PLACES: usize = 8;
+    const RECORDS: usize = 4096;
+    let mut from = at + 1;
+    for _ in 0..PLACES {
+        let Some(candidate) = next_record(source, from, end, sought)? else {
+            return Ok(None);
+        };
+        let mut reached = candidate;
+        for _ in 0..RECORDS {
+            match scan::prefix(source, reached)? {
+                Some(prefix) if reached < end && prefix.is_possible() => {
+                    reached = prefix.end(reached);
+                }
+                _ => break,
+            }
+        }
+        if reached > end && reached <= source.length() {
+            return Ok(Some(candidate));
+        }
+        from = candidate + 1;
+    }
+    Ok(None)
 }

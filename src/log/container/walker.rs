@@ -32,6 +32,8 @@ pub struct Walker<'v, R> {
     unchecked: Unchecked,
     /// How many more times a second log is looked for.
     pub(super) joints: u8,
+    /// How many more times records are looked for within a message whose length is in doubt.
+    pub(super) looks: u16,
     /// What no checksum vouches for.
     distrusted: Option<Loss>,
 }
@@ -78,6 +80,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             section: None,
             unchecked,
             joints: 64,
+            looks: 256,
             distrusted: None,
         })
     }
@@ -235,7 +238,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             return Ok(Some(end));
         }
         // What damaged the record behind it may have begun within it.
-        if !self.could_begin(end)? {
+        if !self.could_begin(end)? && !self.keeps_a_trace(end, log_time)? {
             return self.go_on(at, Some(end));
         }
         let outcome = if prefix.length > MAX_CHUNK {
@@ -269,6 +272,29 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         let length = self.source.length();
         Ok(scan::prefix(&mut self.source, at)?
             .is_none_or(|next| next.is_possible() && (next.end(at) <= length || !self.tail.magic)))
+    }
+
+    /// Whether the record that is damaged `at` some place plainly begins there all the same, by its
+    /// kind and what follows its length, or by its length alone: then the damage began there, and
+    /// the message logged at `log_time` before it ended well.
+    fn keeps_a_trace(&mut self, at: u64, log_time: Option<u64>) -> Result<bool, OpenError> {
+        /// Messages next to each other are logged within a day, nanoseconds.
+        const NEAR: u64 = 86_400_000_000_000;
+        let Some(prefix) = scan::prefix(&mut self.source, at)? else {
+            return Ok(false);
+        };
+        let head = self.source.peek::<MESSAGE_HEADER>(at + PREFIX)?;
+        let Some((id, time, _)) = head.as_ref().and_then(|head| record::message(head).ok()) else {
+            return Ok(false);
+        };
+        let is_known = self.used.known().iter().any(|known| known.knows(id));
+        let is_near = log_time.is_some_and(|logged| logged.abs_diff(time) < NEAR);
+        let next = prefix.end(at);
+        let is_usual =
+            |next: Prefix| matches!(next.opcode, op::SCHEMA..=op::MESSAGE | op::DATA_END);
+        let leads_on = scan::prefix(&mut self.source, next)?.is_some_and(is_usual)
+            && self.could_begin(next)?;
+        Ok(is_known && is_near && (prefix.opcode == op::MESSAGE || leads_on))
     }
 
     /// Whether the data section's checksum does not speak against what only it covers.
