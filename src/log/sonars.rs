@@ -1,6 +1,7 @@
 //! Names and mounts of the sonars, and their readings in order.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -80,6 +81,44 @@ pub struct Placing<'a> {
     pub config: &'a Config,
 }
 
+/// Sonars in their places.
+#[derive(Debug)]
+pub struct Placed {
+    /// By name.
+    pub sonars: Vec<Sonar>,
+    /// By stamp, ties by sonar.
+    pub readings: Vec<RangeReading>,
+    /// By name.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A sonar that cannot be used, while others can.
+#[derive(Debug)]
+pub struct LeftOut {
+    sonar: String,
+    index: usize,
+    readings: u64,
+    /// What is missing.
+    pub why: LogError,
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (sonar, readings) = (&self.sonar, self.readings);
+        let plural = if readings == 1 { "" } else { "s" };
+        write!(
+            f,
+            "sonar `{sonar}`, {readings} reading{plural}: left out, since {}",
+            self.why.in_short()
+        )
+    }
+}
+
+/// That the odometry does not name the frame that it moves, with those that may be it.
+struct NoRobotFrame {
+    carriers: Vec<String>,
+}
+
 /// A source with its name and what the configuration says of it.
 struct Named<'a> {
     source: &'a Source,
@@ -94,50 +133,78 @@ struct Named<'a> {
 
 impl Placing<'_> {
     /// The sonars by name, and their readings by stamp; these come with the places of their sources
-    /// for ids.
+    /// for ids. A sonar that cannot be placed, or has no beam width, is left out.
     ///
     /// # Errors
-    /// A sonar without mount or beam width.
+    /// When none is left.
     pub fn place(
         &self,
         sources: &[Source],
         mut readings: Vec<RangeReading>,
         notes: &mut Vec<String>,
-    ) -> Result<(Vec<Sonar>, Vec<RangeReading>), LogError> {
+    ) -> Result<Placed, LogError> {
         let named = self.name(sources, notes);
-        let robot_frame = self.robot_frame(&named, notes)?;
+        let robot_frame = self.robot_frame(&named, notes);
         let mut order: Vec<usize> = (0..named.len()).collect();
         order.sort_by(|a, b| {
             let name = |i: &usize| named.get(*i).map(|sonar| &sonar.name);
             name(a).cmp(&name(b))
         });
         let mut sonars = Vec::with_capacity(named.len());
-        let mut ids = vec![SonarId(0); named.len()];
-        for (place, index) in order.into_iter().enumerate() {
+        let mut left_out = Vec::new();
+        let mut ids = vec![None; named.len()];
+        for index in order {
             let (Some(sonar), Some(id)) = (named.get(index), ids.get_mut(index)) else {
                 continue;
             };
-            *id = SonarId(u16::try_from(place).map_err(|_| LogError::TooManySonars {
-                file: self.file.to_owned(),
-            })?);
-            let mount = self.mount(sonar, &robot_frame)?;
-            notes.extend(on_mount(sonar, &mount));
-            sonars.push(Sonar {
-                name: sonar.name.clone(),
-                topic: sonar.source.key.topic.clone(),
-                robot_from_sensor: mount.robot_from_sensor,
-            });
-        }
-        let mut widths = vec![0_u64; named.len()];
-        for reading in &mut readings {
-            let index = reading.sonar.index();
-            if let (Some(sonar), Some(id), Some(lacking)) =
-                (named.get(index), ids.get(index), widths.get_mut(index))
-            {
-                reading.sonar = *id;
-                *lacking += u64::from(self.complete(sonar, reading)?);
+            match self.mount_with(sonar, &robot_frame) {
+                Ok(mount) => {
+                    *id = Some(SonarId(u16::try_from(sonars.len()).map_err(|_| {
+                        LogError::TooManySonars {
+                            file: self.file.to_owned(),
+                        }
+                    })?));
+                    notes.extend(on_mount(sonar, &mount));
+                    sonars.push(Sonar {
+                        name: sonar.name.clone(),
+                        topic: sonar.source.key.topic.clone(),
+                        robot_from_sensor: mount.robot_from_sensor,
+                    });
+                }
+                Err(why) => left_out.push((index, why)),
             }
         }
+        if sonars.is_empty() && !left_out.is_empty() {
+            return Err(left_out.swap_remove(0).1);
+        }
+        let mut left_out: Vec<LeftOut> = left_out
+            .into_iter()
+            .filter_map(|(index, why)| {
+                Some(LeftOut {
+                    sonar: named.get(index)?.name.clone(),
+                    index,
+                    readings: 0,
+                    why,
+                })
+            })
+            .collect();
+        let mut widths = vec![0_u64; named.len()];
+        readings.retain_mut(|reading| {
+            let index = reading.sonar.index();
+            match (named.get(index), ids.get(index), widths.get_mut(index)) {
+                (Some(sonar), Some(Some(id)), Some(lacking)) => {
+                    reading.sonar = *id;
+                    *lacking += u64::from(self.complete(sonar, reading));
+                    true
+                }
+                _ => {
+                    if let Some(sonar) = left_out.iter_mut().find(|sonar| sonar.index == index) {
+                        sonar.readings += 1;
+                    }
+                    false
+                }
+            }
+        });
         notes.extend(
             named
                 .iter()
@@ -148,7 +215,37 @@ impl Placing<'_> {
         if !readings.is_sorted_by_key(place) {
             readings.sort_by_key(place); // which takes memory
         }
-        Ok((sonars, readings))
+        Ok(Placed {
+            sonars,
+            readings,
+            left_out,
+        })
+    }
+
+    /// Where a sonar sits, if it has a beam width as well.
+    fn mount_with(
+        &self,
+        sonar: &Named<'_>,
+        robot_frame: &Result<String, NoRobotFrame>,
+    ) -> Result<Mount, LogError> {
+        let is_given = mount_of(&sonar.known).is_some() || sonar.frame_mount.is_some();
+        let mount = match robot_frame {
+            Ok(robot_frame) => self.mount(sonar, robot_frame)?,
+            Err(_) if is_given => self.mount(sonar, "")?,
+            Err(NoRobotFrame { carriers }) => {
+                return Err(LogError::NoRobotFrame {
+                    topic: self.odometry_topic.to_owned(),
+                    carriers: carriers.clone(),
+                });
+            }
+        };
+        match self.beam_width(sonar) {
+            Some(_) => Ok(mount),
+            None => Err(LogError::NoBeamWidth {
+                sonar: sonar.name.clone(),
+                topic: sonar.source.key.topic.clone(),
+            }),
+        }
     }
 
     /// A sonar's name: its frame, or its topic where two topics share the frame; and its place in
@@ -208,7 +305,7 @@ impl Placing<'_> {
         &self,
         named: &[Named<'_>],
         notes: &mut Vec<String>,
-    ) -> Result<String, LogError> {
+    ) -> Result<String, NoRobotFrame> {
         let mut to_mount = named
             .iter()
             .filter(|sonar| mount_of(&sonar.known).is_none() && sonar.frame_mount.is_none())
@@ -236,8 +333,7 @@ impl Placing<'_> {
             ));
             return Ok((*carrier).to_owned());
         }
-        Err(LogError::NoRobotFrame {
-            topic: self.odometry_topic.to_owned(),
+        Err(NoRobotFrame {
             carriers: carriers.into_iter().map(Into::into).collect(),
         })
     }
@@ -272,7 +368,7 @@ impl Placing<'_> {
                 topic: source.key.topic.clone(),
                 frame: source.key.frame.clone(),
                 robot_frame: robot_frame.to_owned(),
-                why: explain(why, &source.key.frame, robot_frame),
+                why: self.explain(why, &source.key.frame, robot_frame),
                 frames: self
                     .transforms
                     .frames()
@@ -283,23 +379,34 @@ impl Placing<'_> {
         })
     }
 
-    /// Puts into a reading what its message does not say; whether its beam width was that of others.
-    fn complete(&self, sonar: &Named<'_>, reading: &mut RangeReading) -> Result<bool, LogError> {
-        let known = &sonar.known;
-        let own = usable(reading.beam_width);
-        let of_others = sonar.source.beam_width;
-        reading.beam_width = own
-            .or(of_others)
-            .or(known.beam_width)
+    fn explain(&self, why: NoMount, frame: &str, robot_frame: &str) -> String {
+        match why {
+            NoMount::Unconnected if frame.is_empty() => "its messages name no frame".to_owned(),
+            NoMount::Unconnected if self.transforms.is_unusable(frame) => {
+                format!("the transform of `{frame}` holds no pose (NaN, or a quaternion of zero)")
+            }
+            NoMount::Unconnected => format!("no transform joins it to `{robot_frame}`"),
+            NoMount::Vertical => "its beam points straight up or down".to_owned(),
+        }
+    }
+
+    /// The beam width of readings whose message does not say it, radians.
+    fn beam_width(&self, sonar: &Named<'_>) -> Option<f64> {
+        (sonar.source.beam_width)
+            .or(sonar.known.beam_width)
             .or(self.config.sonars.beam_width)
             .or(sonar.source.likely_beam_width)
-            .ok_or_else(|| LogError::NoBeamWidth {
-                sonar: sonar.name.clone(),
-                topic: sonar.source.key.topic.clone(),
-            })?;
+    }
+
+    /// Puts into a reading what its message does not say; whether its beam width was that of others.
+    fn complete(&self, sonar: &Named<'_>, reading: &mut RangeReading) -> bool {
+        let known = &sonar.known;
+        let own = usable(reading.beam_width);
+        let width = own.or_else(|| self.beam_width(sonar));
+        reading.beam_width = width.unwrap_or(reading.beam_width);
         reading.min_range = known.min_range.unwrap_or(reading.min_range);
         reading.max_range = known.max_range.unwrap_or(reading.max_range);
-        Ok(own.is_none() && of_others.is_some())
+        own.is_none() && sonar.source.beam_width.is_some()
     }
 }
 
@@ -321,14 +428,6 @@ fn mount_of(known: &SonarOverride) -> Option<Pose2> {
 fn in_space(pose: Pose2) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw);
     Isometry3::from_parts([pose.x, pose.y, 0.0].into(), turn)
-}
-
-fn explain(why: NoMount, frame: &str, robot_frame: &str) -> String {
-    match why {
-        NoMount::Unconnected if frame.is_empty() => "its messages name no frame".to_owned(),
-        NoMount::Unconnected => format!("no transform joins it to `{robot_frame}`"),
-        NoMount::Vertical => "its beam points straight up or down".to_owned(),
-    }
 }
 
 fn on_mount(sonar: &Named<'_>, mount: &Mount) -> Vec<String> {

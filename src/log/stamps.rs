@@ -28,7 +28,20 @@ pub struct Clock {
     /// From stamp to recording, of every so-many-th message.
     delays: Vec<i64>,
     stride: u64,
+    /// The last message in the file, stamp and recording.
+    before: Option<(i64, i64)>,
+    /// First and last stamp between one jump of both clocks and the next.
+    runs: Vec<(i64, i64)>,
+    returns: u64,
+    pauses: u64,
+    /// The farthest return, nanoseconds.
+    farthest_return: i64,
 }
+
+/// Parts of one log in another order leave no such hole between them, nanoseconds.
+const HOLE: i64 = 10_000_000_000;
+/// More runs than this are not told apart.
+const MOST_RUNS: usize = 512;
 
 impl Clock {
     /// Takes a message, with 0 for no stamp. Nanoseconds.
@@ -37,6 +50,7 @@ impl Clock {
         if stamp_ns == 0 {
             return;
         }
+        self.follow(stamp_ns, logged_ns);
         // A message out of its place in the file says nothing of the clock.
         let in_order = self.last.is_none_or(|(_, logged)| logged <= logged_ns);
         let last = self.last.filter(|_| in_order);
@@ -75,6 +89,85 @@ impl Clock {
         }
         self.stamped += 1;
     }
+}
+
+impl Clock {
+    /// Follows stamps to where they and the time of recording go back together, or ahead.
+    fn follow(&mut self, stamp_ns: i64, logged_ns: i64) {
+        let before = self.before.replace((stamp_ns, logged_ns));
+        let (back, ahead) = before.map_or((0, 0), |(stamp, logged)| {
+            let (moved, passed) = (
+                stamp_ns.saturating_sub(stamp),
+                logged_ns.saturating_sub(logged),
+            );
+            (moved.max(passed).saturating_neg(), moved.min(passed))
+        });
+        let is_full = self.runs.len() >= MOST_RUNS;
+        match self.runs.last_mut() {
+            Some((first, last)) if back <= JUMP && ahead <= JUMP => {
+                *first = (*first).min(stamp_ns);
+                *last = (*last).max(stamp_ns);
+            }
+            _ if !is_full => self.runs.push((stamp_ns, stamp_ns)),
+            _ => {}
+        }
+        if back > JUMP {
+            self.returns += 1;
+            self.farthest_return = self.farthest_return.max(back);
+        } else if ahead > JUMP {
+            self.pauses += 1;
+        }
+    }
+
+    /// How long the stamps were at times where they had been before, and the widest hole that they
+    /// left: nanoseconds. Parts of a log in another order have neither once they are sorted.
+    fn overlap_and_hole(&self) -> (i64, i64) {
+        let mut runs = self.runs.clone();
+        runs.sort_unstable();
+        let (mut overlap, mut hole) = (0_i64, 0_i64);
+        let mut reached: Option<i64> = None;
+        for (first, last) in runs {
+            if let Some(reached) = reached {
+                overlap = overlap.saturating_add(reached.min(last).saturating_sub(first).max(0));
+                hole = hole.max(first.saturating_sub(reached));
+            }
+            reached = Some(reached.map_or(last, |reached| reached.max(last)));
+        }
+        if self.pauses > 0 {
+            hole = 0; // which a pause may have left
+        }
+        (overlap, hole)
+    }
+}
+
+/// Stamps that went back together with the time of recording, to times that the log had been through
+/// or far before them.
+pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
+    let clocks = || ranges.iter().copied().chain([odometry]);
+    let overlap = clocks().map(|clock| clock.overlap_and_hole().0).max()?;
+    let hole = clocks().map(|clock| clock.overlap_and_hole().1).max()?;
+    let returns = clocks().map(|clock| clock.returns).max()?;
+    let farthest = seconds(clocks().map(|clock| clock.farthest_return).max()?);
+    let times = if returns == 1 {
+        "once".to_owned()
+    } else {
+        format!("{returns} times")
+    };
+    if overlap > JUMP {
+        return Some(format!(
+            "the clock was set back while the log was recorded, {times}, by up to {farthest:.3} s: stamps and times \
+             of recording were twice at {:.3} s of the log, and readings from before and after meet each \
+             other's poses",
+            seconds(overlap)
+        ));
+    }
+    (hole > HOLE).then(|| {
+        format!(
+            "stamps and times of recording go back together, {times}, by up to {farthest:.3} s, and leave a hole of \
+             {:.3} s: the clock was set back, or two logs were put together",
+            seconds(hole)
+        )
+    })
 }
 
 fn seconds(ns: i64) -> f64 {
@@ -302,6 +395,28 @@ mod tests {
             ),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_clock_set_back_with_the_recorders_is_told_from_parts_in_another_order() {
+        let both = |range: std::ops::Range<i64>| range.map(|k| (k * S / 10, k * S / 10));
+        let set_back = clock(both(100..200).chain(both(150..260)));
+        let text = returned(&[&set_back], &set_back).unwrap();
+        assert!(text.contains("once, by up to 4.900 s"), "{text}");
+        assert!(text.contains("twice at 4.900 s of the log"), "{text}");
+        let far_back = clock(both(1000..1100).chain(both(100..200)));
+        let text = returned(&[&far_back], &far_back).unwrap();
+        assert!(text.contains("leave a hole of 80.100 s"), "{text}");
+        let shuffled = clock(
+            both(0..10)
+                .chain(both(20..30))
+                .chain(both(40..50))
+                .chain(both(10..20))
+                .chain(both(30..40)),
+        );
+        assert_eq!(returned(&[&shuffled], &shuffled), None);
+        let swapped = clock(both(200..300).chain(both(100..200)));
+        assert_eq!(returned(&[&swapped], &swapped), None);
     }
 
     #[test]

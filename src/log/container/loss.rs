@@ -199,7 +199,11 @@ impl fmt::Display for Loss {
         // A chunk without messages has none.
         if let Some((from, to)) = self.span.filter(|span| *span != (0, 0)) {
             f.write_str(" with messages logged from ")?;
-            if self.log_start.is_some() {
+            // A header that is damaged itself may claim any time.
+            if self
+                .log_start
+                .is_some_and(|start| start <= from && from <= to)
+            {
                 let (from, to) = (self.seconds(from), self.seconds(to));
                 write!(f, "{from:.3} s to {to:.3} s after the first, ")?;
             }
