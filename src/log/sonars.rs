@@ -1,68 +1,19 @@
 //! Names and mounts of the sonars, and their readings in order.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod mounts;
+mod names;
+mod source;
+
 use std::fmt;
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+pub use source::{Source, SourceKey};
 
-use super::stamps::Clock;
-use super::transforms::{Mount, NoMount, TransformTree};
-use super::{LogError, MissingMount};
+use super::LogError;
+use super::transforms::{Mount, TransformTree};
 use crate::config::{Config, SonarOverride};
 use crate::event::{RangeReading, Sonar, SonarId};
 use crate::geometry::Pose2;
-
-/// What tells one sonar from another.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct SourceKey {
-    /// The topic its readings come on.
-    pub topic: String,
-    /// Its frame.
-    pub frame: String,
-    /// Its place in a message that holds several.
-    pub element: Option<usize>,
-}
-
-/// A sonar of which only the messages are known.
-#[derive(Debug, Clone)]
-pub struct Source {
-    /// What tells it from the others.
-    pub key: SourceKey,
-    /// The beam in its first message: its axis is x.
-    pub frame_from_beam: Isometry3<f64>,
-    /// Whether a later message has the beam elsewhere.
-    pub turned: bool,
-    /// Beam width in its first message that has one, radians.
-    beam_width: Option<f64>,
-    /// What that is where neither messages nor configuration say it, radians.
-    likely_beam_width: Option<f64>,
-    /// When its messages were stamped and recorded.
-    pub clock: Clock,
-}
-
-impl Source {
-    /// A sonar before its first reading.
-    pub fn new(key: &SourceKey, frame_from_beam: Isometry3<f64>) -> Self {
-        Self {
-            key: key.clone(),
-            frame_from_beam,
-            turned: false,
-            beam_width: None,
-            likely_beam_width: None,
-            clock: Clock::default(),
-        }
-    }
-
-    /// Takes what a message says of the beam's width, radians; 0 or NaN for nothing.
-    pub fn learn(&mut self, beam_width: f64, likely_beam_width: f64) {
-        self.beam_width = self.beam_width.or(usable(beam_width));
-        self.likely_beam_width = self.likely_beam_width.or(usable(likely_beam_width));
-    }
-}
-
-fn usable(width: f64) -> Option<f64> {
-    (width > 0.0 && width.is_finite()).then_some(width)
-}
+use source::usable;
 
 /// What sonars are placed by.
 #[derive(Debug, Clone, Copy)]
@@ -248,148 +199,6 @@ impl Placing<'_> {
         }
     }
 
-    /// A sonar's name: its frame, or its topic where two topics share the frame; and its place in
-    /// the message, where that holds several.
-    fn name<'s>(&self, sources: &'s [Source], notes: &mut Vec<String>) -> Vec<Named<'s>> {
-        let origins: BTreeSet<(&str, &str)> = sources
-            .iter()
-            .map(|s| (s.key.topic.as_str(), s.key.frame.as_str()))
-            .collect();
-        let (mut on_topic, mut in_frame) = (BTreeMap::new(), BTreeMap::new());
-        for (topic, frame) in &origins {
-            *on_topic.entry(*topic).or_insert(0) += 1;
-            *in_frame.entry(*frame).or_insert(0) += 1;
-        }
-        let mut unused: BTreeSet<&str> = self.config.sonar.keys().map(String::as_str).collect();
-        let named = sources.iter().map(|source| {
-            let (topic, frame) = (source.key.topic.as_str(), source.key.frame.as_str());
-            let only_of_topic = on_topic.get(topic) == Some(&1);
-            let only_of_frame = in_frame.get(frame) == Some(&1);
-            let whole = match (frame.is_empty(), only_of_frame, only_of_topic) {
-                (false, true, _) => frame.to_owned(),
-                (_, _, true) => topic.to_owned(),
-                _ => format!("{topic}:{frame}"),
-            };
-            let name = match source.key.element {
-                Some(element) => format!("{whole}[{element}]"),
-                None => whole.clone(),
-            };
-            unused.remove(whole.as_str());
-            unused.remove(name.as_str());
-            let of = |name: &str| self.config.sonar.get(name).cloned().unwrap_or_default();
-            let ring = source.key.element.map(|_| of(&whole)).unwrap_or_default();
-            let own = of(&name);
-            Named {
-                source,
-                name,
-                frame_mount: mount_of(&ring),
-                known: SonarOverride {
-                    beam_width: own.beam_width.or(ring.beam_width),
-                    min_range: own.min_range.or(ring.min_range),
-                    max_range: own.max_range.or(ring.max_range),
-                    ..own
-                },
-                ring,
-            }
-        });
-        let named = named.collect();
-        notes.extend(unused.into_iter().map(|name| {
-            format!("the configuration describes sonar `{name}`, which the log does not have")
-        }));
-        named
-    }
-
-    /// The frame that the odometry moves: as it says, or else the one that carries every sonar
-    /// whose mount is not in the configuration.
-    fn robot_frame(
-        &self,
-        named: &[Named<'_>],
-        notes: &mut Vec<String>,
-    ) -> Result<String, NoRobotFrame> {
-        let mut to_mount = named
-            .iter()
-            .filter(|sonar| mount_of(&sonar.known).is_none() && sonar.frame_mount.is_none())
-            .map(|sonar| sonar.source.key.frame.as_str())
-            .peekable();
-        if !self.robot_frame.is_empty() || to_mount.peek().is_none() {
-            return Ok(self.robot_frame.to_owned());
-        }
-        let frames: BTreeSet<&str> = to_mount.collect();
-        let mut carriers: BTreeSet<&str> = frames
-            .iter()
-            .filter_map(|frame| self.transforms.carrier(frame, self.world_frame))
-            .collect();
-        // Messages that give their beams in the robot's own frame need no transform.
-        if carriers.is_empty() && frames.len() == 1 {
-            carriers = frames;
-            carriers.retain(|frame| frame.starts_with("base"));
-        }
-        let mut found = carriers.iter();
-        if let (Some(carrier), None) = (found.next(), found.next()) {
-            notes.push(format!(
-                "{} does not name the frame that it moves; `{carrier}` is taken, which carries the sonars \
-                 (input.robot_frame sets another)",
-                self.odometry_topic
-            ));
-            return Ok((*carrier).to_owned());
-        }
-        Err(NoRobotFrame {
-            carriers: carriers.into_iter().map(Into::into).collect(),
-        })
-    }
-
-    fn mount(&self, sonar: &Named<'_>, robot_frame: &str) -> Result<Mount, LogError> {
-        let source = sonar.source;
-        let found = match (mount_of(&sonar.known), sonar.frame_mount) {
-            (Some(robot_from_sensor), _) => Ok(Mount {
-                robot_from_sensor,
-                tilt: None,
-                moved: false,
-            }),
-            (None, Some(robot_from_frame)) => {
-                Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
-            }
-            (None, None) if sonar.ring.has_mount() => self
-                .transforms
-                .mount(robot_frame, &source.key.frame, &Isometry3::identity())
-                .and_then(|frame| {
-                    let robot_from_frame = frame.overridden(&sonar.ring).robot_from_sensor;
-                    Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
-                }),
-            (None, None) => {
-                self.transforms
-                    .mount(robot_frame, &source.key.frame, &source.frame_from_beam)
-            }
-        };
-        let found = found.map(|mount| mount.overridden(&sonar.known));
-        found.map_err(|why| {
-            LogError::NoMount(Box::new(MissingMount {
-                sonar: sonar.name.clone(),
-                topic: source.key.topic.clone(),
-                frame: source.key.frame.clone(),
-                robot_frame: robot_frame.to_owned(),
-                why: self.explain(why, &source.key.frame, robot_frame),
-                frames: self
-                    .transforms
-                    .frames()
-                    .into_iter()
-                    .map(Into::into)
-                    .collect(),
-            }))
-        })
-    }
-
-    fn explain(&self, why: NoMount, frame: &str, robot_frame: &str) -> String {
-        match why {
-            NoMount::Unconnected if frame.is_empty() => "its messages name no frame".to_owned(),
-            NoMount::Unconnected if self.transforms.is_unusable(frame) => {
-                format!("the transform of `{frame}` holds no pose (NaN, or a quaternion of zero)")
-            }
-            NoMount::Unconnected => format!("no transform joins it to `{robot_frame}`"),
-            NoMount::Vertical => "its beam points straight up or down".to_owned(),
-        }
-    }
-
     /// The beam width of readings whose message does not say it, radians.
     fn beam_width(&self, sonar: &Named<'_>) -> Option<f64> {
         (sonar.source.beam_width)
@@ -423,11 +232,6 @@ fn on_width(sonar: &Named<'_>, lacking: u64) -> Option<String> {
 
 fn mount_of(known: &SonarOverride) -> Option<Pose2> {
     Some(Pose2::new(known.x?, known.y?, known.yaw?))
-}
-
-fn in_space(pose: Pose2) -> Isometry3<f64> {
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw);
-    Isometry3::from_parts([pose.x, pose.y, 0.0].into(), turn)
 }
 
 fn on_mount(sonar: &Named<'_>, mount: &Mount) -> Vec<String> {

@@ -1,11 +1,11 @@
 //! What follows damage: where to go on, and what was lost.
 
-use std::io::{self, Read, Seek};
+use std::io::{Read, Seek};
 
-use super::loss::{BEHIND, Loss, SUMMARY, Why};
+use super::loss::{Loss, Why};
+use super::overlap::overlapped;
 use super::record::{self, ChunkHeader, PREFIX, op};
 use super::scan::{self, Prefix, Sought, next_record};
-use super::source::Source;
 use super::walker::{Next, Walker};
 use super::{MAGIC, MAX_CHUNK, OpenError};
 
@@ -298,92 +298,4 @@ impl<R: Read + Seek> Walker<'_, R> {
         }
         Ok(from < to)
     }
-
-    /// The file's end, before the data section's.
-    pub(super) fn end(&mut self, at: u64) -> Next {
-        let length = self.source.length();
-        if at < length {
-            let bytes = length - at;
-            let why = if self.is_zero(at, length)? {
-                Why::Zeros
-            } else {
-                Why::Cut
-            };
-            self.losses.add(Loss::new(at, bytes, "a record", why));
-        } else if !self.losses.reach(length) {
-            self.losses
-                .add(Loss::new(length, 0, "the end", Why::NoFooter));
-        }
-        Ok(None)
-    }
-
-    /// What follows the data section: the summary, and what should not be there.
-    pub(super) fn close(&mut self, summary: u64) -> Next {
-        let length = self.source.length();
-        let rest = length.saturating_sub(summary);
-        if self.tail.footer {
-            if self.tail.damaged {
-                self.losses
-                    .add(Loss::new(summary, rest, SUMMARY, Why::Summary));
-            }
-            return Ok(None);
-        }
-        let mut at = summary;
-        while let Some(prefix) = scan::prefix(&mut self.source, at)?
-            && prefix.is_possible()
-            && prefix.end(at) <= length
-        {
-            at = prefix.end(at);
-            if prefix.opcode == op::FOOTER && self.source.peek(at)? == Some(MAGIC) {
-                let end = at + MAGIC.len() as u64;
-                let why = if self.is_zero(end, length)? {
-                    Why::Zeros
-                } else {
-                    Why::Trailing
-                };
-                self.losses.add(Loss::new(end, length - end, BEHIND, why));
-                return Ok(None);
-            }
-        }
-        let why = if self.tail.magic {
-            Why::Summary
-        } else {
-            Why::NoFooter
-        };
-        self.losses.add(Loss::new(summary, rest, SUMMARY, why));
-        Ok(None)
-    }
-}
-
-/// The first record that a message with a wrong length runs over: its records, one after the other, pass
-/// by where the message claims to end. Those in a message that carries records do not.
-fn overlapped<R: Read + Seek>(
-    source: &mut Source<R>,
-    at: u64,
-    end: u64,
-    sought: Sought<'_>,
-) -> io::Result<Option<u64>> {
-    /// So many places are looked at, and records from each on.
-    const PLACES: usize = 8;
-    const RECORDS: usize = 4096;
-    let mut from = at + 1;
-    for _ in 0..PLACES {
-        let Some(candidate) = next_record(source, from, end, sought)? else {
-            return Ok(None);
-        };
-        let mut reached = candidate;
-        for _ in 0..RECORDS {
-            match scan::prefix(source, reached)? {
-                Some(prefix) if reached < end && prefix.is_possible() => {
-                    reached = prefix.end(reached);
-                }
-                _ => break,
-            }
-        }
-        if reached > end && reached <= source.length() {
-            return Ok(Some(candidate));
-        }
-        from = candidate + 1;
-    }
-    Ok(None)
 }

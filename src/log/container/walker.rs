@@ -5,13 +5,13 @@
 use std::io::{Read, Seek};
 
 use super::chunk::Unpacker;
-use super::loss::{Loss, Losses, Why, wider};
+use super::loss::{Loss, Why};
+use super::losses::Losses;
 use super::place::{Places, is_chunk};
 use super::record::{self, ChunkHeader, Inner, PREFIX, op};
 use super::scan::{self, Prefix, is_data_end};
 use super::source::Source;
 use super::tail::{DATA_END, Tail};
-use super::trust::data_section;
 use super::used::{Used, Visit};
 use super::{MAGIC, MAX_CHUNK, OpenError, Unchecked};
 
@@ -28,18 +28,18 @@ pub struct Walker<'v, R> {
     /// Behind the last chunk that was used or given up: no chunk before here is missing.
     pub(super) passed: u64,
     /// Whether the data section's checksum agrees, once that was asked.
-    section: Option<bool>,
-    unchecked: Unchecked,
+    pub(super) section: Option<bool>,
+    pub(super) unchecked: Unchecked,
     /// How many more times a second log is looked for.
     pub(super) joints: u8,
     /// How many more times records are looked for within a message whose length is in doubt.
     pub(super) looks: u16,
     /// What no checksum vouches for.
-    distrusted: Option<Loss>,
+    pub(super) distrusted: Option<Loss>,
 }
 
 /// Bytes of a message before its content.
-const MESSAGE_HEADER: usize = 22;
+pub(super) const MESSAGE_HEADER: usize = 22;
 
 /// Where to go on; `None` at the end.
 pub(super) type Next = Result<Option<u64>, OpenError>;
@@ -272,94 +272,5 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         let length = self.source.length();
         Ok(scan::prefix(&mut self.source, at)?
             .is_none_or(|next| next.is_possible() && (next.end(at) <= length || !self.tail.magic)))
-    }
-
-    /// Whether the record that is damaged `at` some place plainly begins there all the same, by its
-    /// kind and what follows its length, or by its length alone: then the damage began there, and
-    /// the message logged at `log_time` before it ended well.
-    fn keeps_a_trace(&mut self, at: u64, log_time: Option<u64>) -> Result<bool, OpenError> {
-        /// Messages next to each other are logged within a day, nanoseconds.
-        const NEAR: u64 = 86_400_000_000_000;
-        let Some(prefix) = scan::prefix(&mut self.source, at)? else {
-            return Ok(false);
-        };
-        let head = self.source.peek::<MESSAGE_HEADER>(at + PREFIX)?;
-        let Some((id, time, _)) = head.as_ref().and_then(|head| record::message(head).ok()) else {
-            return Ok(false);
-        };
-        let is_known = self.used.known().iter().any(|known| known.knows(id));
-        let is_near = log_time.is_some_and(|logged| logged.abs_diff(time) < NEAR);
-        let next = prefix.end(at);
-        let is_usual =
-            |next: Prefix| matches!(next.opcode, op::SCHEMA..=op::MESSAGE | op::DATA_END);
-        let leads_on = scan::prefix(&mut self.source, next)?.is_some_and(is_usual)
-            && self.could_begin(next)?;
-        Ok(is_known && is_near && (prefix.opcode == op::MESSAGE || leads_on))
-    }
-
-    /// Whether the data section's checksum does not speak against what only it covers.
-    fn section_agrees(&mut self) -> Result<bool, OpenError> {
-        if let Some(agrees) = self.section {
-            return Ok(agrees);
-        }
-        let agrees = match self.tail.data_end {
-            Some(data_end) => data_section(&mut self.source, data_end)?.unwrap_or(true),
-            None => true,
-        };
-        self.section = Some(agrees);
-        Ok(agrees)
-    }
-
-    /// Reports what the data section's checksum speaks against; whether it is to be left out.
-    fn distrust(
-        &mut self,
-        at: u64,
-        end: u64,
-        span: Option<(u64, u64)>,
-        messages: Option<u64>,
-    ) -> bool {
-        let what = "all that has no checksum of its own";
-        let (why, left_out) = match self.unchecked {
-            Unchecked::LeftOut => (Why::DataSection, true),
-            Unchecked::Used => (Why::Unchecked, false),
-        };
-        let loss = self
-            .distrusted
-            .get_or_insert_with(|| Loss::new(at, 0, what, why));
-        loss.bytes = end.saturating_sub(loss.offset);
-        loss.span = wider(loss.span, span);
-        if let Some(more) = messages.filter(|_| left_out) {
-            loss.messages = Some(loss.messages.unwrap_or_default().saturating_add(more));
-        }
-        left_out
-    }
-
-    /// Reports a loss that nothing else has shown, by the number of messages or else by the checksum
-    /// over everything.
-    fn compare(&mut self) -> Result<(), OpenError> {
-        if self.losses.any() {
-            return Ok(());
-        }
-        let summary = self.tail.summary.as_ref();
-        let read = self.used.messages;
-        match summary.and_then(|summary| summary.messages) {
-            Some(counted) if counted == read => {}
-            Some(counted) => self.losses.add(Loss {
-                messages: counted.checked_sub(read),
-                ..Loss::new(
-                    0,
-                    0,
-                    "the number of messages is wrong",
-                    Why::Count { counted, read },
-                )
-            }),
-            None if self.section_agrees()? => {}
-            None => {
-                let end = self.limit(0);
-                let what = "the data section";
-                self.losses.add(Loss::new(0, end, what, Why::BetweenChunks));
-            }
-        }
-        Ok(())
     }
 }
