@@ -61,6 +61,8 @@ pub struct Info {
 pub enum Verdict {
     /// As it is.
     Yes,
+    /// Without some of its sonars; with the keys of the skeleton whole.
+    InPart,
     /// With the keys of the skeleton.
     WithSkeleton,
     /// Not by any configuration.
@@ -74,6 +76,7 @@ impl Info {
             log,
             config,
             obstacles,
+            in_part,
             clocks,
             odometry_topic,
         } = survey;
@@ -104,6 +107,7 @@ impl Info {
             trial.refused.is_empty(),
         ) {
             (Some(_), true, true) => Verdict::Yes,
+            (Some(_), false, true) if in_part => Verdict::InPart,
             (Some(_), ..) => Verdict::WithSkeleton,
             (None, ..) => Verdict::No,
         };

@@ -16,6 +16,7 @@ pub mod fuzzing;
 mod gather;
 mod gathered;
 mod json;
+pub mod leaps;
 mod messages;
 mod msg_schema;
 mod notes;
@@ -28,6 +29,7 @@ mod ros2;
 mod sonars;
 mod stamps;
 mod standard;
+mod strays;
 pub mod survey;
 mod transforms;
 pub mod truth;
@@ -36,7 +38,7 @@ pub mod writer;
 
 use crate::event::Events;
 use channels::ChannelReport;
-pub use error::{LogError, MissingMount, itemised};
+pub use error::{LogError, MissingMount, UnplacedRing, itemised};
 pub use gathered::Gathered;
 pub use messages::Role;
 pub use read::{read, read_with_truth, read_with_truth_in};
@@ -60,4 +62,12 @@ pub struct Log {
     pub clock_jump: Option<String>,
     /// What else is odd about its stamps.
     pub time_notes: Vec<String>,
+}
+
+impl Log {
+    /// What a person should know of it, the weightiest first.
+    pub fn told(&self) -> impl Iterator<Item = &String> {
+        let of_time = self.clock_jump.iter().chain(&self.time_notes);
+        of_time.chain(&self.notes)
+    }
 }

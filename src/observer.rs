@@ -23,6 +23,9 @@ pub struct Source {
     /// What could not be read; empty for a complete log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<String>,
+    /// What else a person should know of the log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 /// What stands fixed before the first frame.

@@ -151,7 +151,16 @@ fn open(path: &Path) -> io::Result<Sink> {
     // The error names the temporary file; the person asked for another.
     let named = temporary
         .tempfile_in(directory)
-        .map_err(|error| error.kind())?;
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => io::Error::new(
+                io::ErrorKind::NotFound,
+                format!(
+                    "there is no directory {}: make it first",
+                    directory.display()
+                ),
+            ),
+            kind => kind.into(),
+        })?;
     let file = BufWriter::new(named);
     Ok(Sink::File { file, target })
 }

@@ -43,8 +43,7 @@ pub fn written(files: &[PathBuf]) -> String {
 /// What a person must know of the log: notes, losses, and that there was nothing to judge.
 pub fn problems(log: &Log, outcome: &Outcome) -> String {
     let mut text = String::new();
-    let of_time = log.clock_jump.iter().chain(&log.time_notes);
-    for note in of_time.chain(&log.notes) {
+    for note in log.told() {
         let _ = writeln!(text, "note: {note}");
     }
     if !log.losses.is_empty() {

@@ -80,7 +80,7 @@ fn a_log_without_ranges_or_odometry_names_what_it_has() {
             "/odom (nav_msgs/msg/Odometry, cdr, 150 messages)",
         ],
     );
-    let no_odometry = without(&log, &["/odom"]);
+    let no_odometry = without(&log, &["/odom", "/tf"]);
     refuses(
         no_odometry,
         2,

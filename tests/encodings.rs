@@ -124,6 +124,63 @@ fn a_scan_is_a_ring_of_sonars_on_the_frame_that_carries_them() {
 }
 
 #[test]
+fn a_ring_of_points_says_what_it_lacks_and_works_with_that() {
+    let cloud = |time: i64| {
+        let points = json!([{"x": 0, "y": 1.5, "z": 0}, {"x": 2, "y": 0, "z": 0}]);
+        let cloud = json!({"header": {"stamp": stamp(time), "frame_id": "base"}, "points": points});
+        let kind: Kind = ("json", "sensor_msgs/PointCloud", "jsonschema", b"{}");
+        (kind, bytes(cloud))
+    };
+    let bench = Bench::new();
+    let path = bench.put("cloud.mcap", log(&drive(cloud)));
+    let run = bench.tmam(&path, "replay {} --trace t");
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    for said in [
+        "the points on /ranges do not say",
+        "of the 2 in",
+        "[sonar.\"sonar_00\"]",
+        "yaw = 90.0",
+    ] {
+        assert!(run.stderr.contains(said), "{said}: {}", run.stderr);
+    }
+    let info = bench.tmam(&path, "info {}");
+    assert_eq!(info.code, 3, "{}", info.stdout);
+    assert!(
+        info.stdout.contains("the points on /ranges do not"),
+        "{}",
+        info.stdout
+    );
+    let skeleton = bench.tmam(&path, "info {} --skeleton").stdout;
+    bench.put("tmam.toml", skeleton);
+    let run = bench.tmam(&path, "replay {} --trace t --config tmam.toml");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let expected = [("sonar_00".to_owned(), 90.0), ("sonar_01".to_owned(), 0.0)];
+    assert_eq!(sensors(&bench), expected);
+}
+
+#[test]
+fn a_time_may_be_text() {
+    let with_text = |time: i64| {
+        let (kind, data) = ring(time);
+        let mut scan: Value = serde_json::from_slice(&data).unwrap();
+        scan["timestamp"] = format!(
+            "1970-01-01T00:00:{:02}.{:09}Z",
+            time / 1_000_000_000,
+            time % 1_000_000_000
+        )
+        .into();
+        (kind, bytes(scan))
+    };
+    let bench = Bench::new();
+    let path = bench.put("log.mcap", log(&drive(ring)));
+    assert_eq!(bench.tmam(&path, "replay {} --trace a").code, 0);
+    let path = bench.put("log.mcap", log(&drive(with_text)));
+    let run = bench.tmam(&path, "replay {} --trace b");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(bench.bytes("a"), bench.bytes("b"));
+}
+
+#[test]
 fn a_lidar_is_no_sonar_ring_unless_it_is_asked_for() {
     let scan = |time: i64| {
         let scan = json!({"timestamp": stamp(time), "frame_id": "ring", "start_angle": -1.5,

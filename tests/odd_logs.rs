@@ -145,7 +145,20 @@ fn transforms_that_are_none_are_counted() {
     });
     let bench = Bench::new();
     let run = replay(&bench, &bytes);
-    says(&run, 2, &["no mounting pose for sonar frame `sonar_15`"]);
+    says(
+        &run,
+        3,
+        &[
+            "sonar `sonar_15`, ",
+            "the transform of `sonar_15` holds no pose",
+            "give x, y and yaw under [sonar.\"sonar_15\"]",
+        ],
+    );
+    let source = &bench.json("f")["source"];
+    assert_eq!(source["complete"], false);
+    assert!(source["lost"][0].as_str().unwrap().contains("sonar_15"));
+    let notes = source["notes"].to_string();
+    assert!(notes.contains("hold no pose"), "{notes}");
     bench.put("tmam.toml", "[sonar.sonar_15]\nx = 0\ny = 0\nyaw = 0\n");
     let path = bench.path("log.mcap");
     let run = bench.tmam(&path, "replay {} --features f --config tmam.toml");
@@ -153,6 +166,169 @@ fn transforms_that_are_none_are_counted() {
         &run,
         0,
         &["transforms that hold no pose", "1, of `sonar_15`"],
+    );
+}
+
+/// The message with another character in the place of the last one of its header's frame.
+fn garbled(mut message: Message) -> Message {
+    let length = u32::from_le_bytes(message.data[12..16].try_into().unwrap()) as usize;
+    message.data[16 + length - 2] = b'#';
+    message
+}
+
+#[test]
+fn a_damaged_name_costs_the_messages_that_have_it() {
+    let (ranges, poses) = (Cell::new(0), Cell::new(0));
+    let bytes = changed(|message| {
+        let is_first = |count: &Cell<u32>| count.replace(count.get() + 1) == 0;
+        let damaged = (message.topic.ends_with("sonar_03") && is_first(&ranges))
+            || (message.topic == "/odom" && is_first(&poses));
+        vec![if damaged { garbled(message) } else { message }]
+    });
+    let bench = Bench::new();
+    let said = [
+        "1 of ",
+        "readings on /sonar/sonar_03 name the frame `sonar_0#`",
+        "messages on /odom give the pose of `base_link` in `odo#`",
+    ];
+    let run = replay(&bench, &bytes);
+    says(&run, 3, &said);
+    let path = bench.path("log.mcap");
+    says(&bench.tmam(&path, "replay {} --strict"), 2, &said);
+    // Nobody needs a configuration for what is damaged.
+    let info = bench.tmam(&path, "info {} --json");
+    assert_eq!(info.code, 3, "{}", info.stderr);
+    assert!(
+        info.stdout.contains("\"possible\": \"yes\""),
+        "{}",
+        info.stdout
+    );
+    assert_eq!(bench.tmam(&path, "info {} --skeleton").stdout, "");
+}
+
+#[test]
+fn a_sonar_without_beam_width_is_left_out_while_others_have_one() {
+    let bytes = changed(|mut message| {
+        if message.topic.ends_with("sonar_03") {
+            let place = field_of_view(&message.data);
+            message.data[place].fill(0);
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    says(
+        &replay(&bench, &bytes),
+        3,
+        &[
+            "sonar `sonar_03`, ",
+            "has no beam width",
+            "[sonar.\"sonar_03\"]",
+        ],
+    );
+    let path = bench.path("log.mcap");
+    let info = bench.tmam(&path, "info {} --json");
+    assert!(
+        info.stdout.contains("\"possible\": \"in-part\""),
+        "{}",
+        info.stdout
+    );
+    let skeleton = bench.tmam(&path, "info {} --skeleton").stdout;
+    bench.put("tmam.toml", skeleton);
+    let run = bench.tmam(&path, "replay {} --features f --config tmam.toml");
+    says(&run, 0, &[]);
+    let all_dark = changed(|mut message| {
+        if is_range(&message) {
+            let place = field_of_view(&message.data);
+            message.data[place].fill(0);
+        }
+        vec![message]
+    });
+    says(
+        &replay(&Bench::new(), &all_dark),
+        2,
+        &["gives no beam width"],
+    );
+}
+
+#[test]
+fn the_transforms_that_move_the_robot_serve_where_nothing_else_does() {
+    let bench = Bench::new();
+    let path = bench.put("log.mcap", support::without(&log(), &["/odom"]));
+    let said = "the transforms from `odom` to `base_link` on /tf are taken for it";
+    says(&bench.tmam(&path, "replay {} --features f"), 0, &[said]);
+    assert_eq!(bench.tmam(&log(), "replay {} --features g").code, 0);
+    let map = |name: &str| bench.json(name)["counts"]["contact"].clone();
+    assert_eq!(map("f"), map("g"));
+    let info = bench.tmam(&path, "info {}");
+    says(&info, 0, &[]);
+    assert!(
+        info.stdout.contains("ODOMETRY") && info.stdout.contains("/tf"),
+        "{}",
+        info.stdout
+    );
+}
+
+#[test]
+fn an_odometry_that_jumps_and_clocks_that_go_back_together_are_told() {
+    let bench = Bench::new();
+    let start = Cell::new(u64::MAX);
+    let leap = changed(|mut message| {
+        start.set(start.get().min(message.log_time));
+        if message.topic == "/odom" && message.log_time > start.get() + 10 * SECOND {
+            // Header, child frame, x.
+            let frame = u32::from_le_bytes(message.data[12..16].try_into().unwrap()) as usize;
+            let child = (16 + frame).next_multiple_of(4);
+            let length = u32::from_le_bytes(message.data[child..child + 4].try_into().unwrap());
+            let x = 4 + (child + 4 + length as usize - 4).next_multiple_of(8);
+            let old = f64::from_le_bytes(message.data[x..x + 8].try_into().unwrap());
+            message.data[x..x + 8].copy_from_slice(&(old + 5.0).to_le_bytes());
+        }
+        vec![message]
+    });
+    says(
+        &replay(&bench, &leap),
+        0,
+        &["the odometry jumps once by more than 0.3 m and 3 m/s"],
+    );
+    let notes = bench.json("f")["source"]["notes"].to_string();
+    assert!(notes.contains("the odometry jumps once"), "{notes}");
+
+    start.set(u64::MAX);
+    let back = changed(|mut message| {
+        start.set(start.get().min(message.log_time));
+        if message.log_time > start.get() + 10 * SECOND && !message.topic.starts_with("/tf") {
+            message.shift_stamp(-4);
+            message.log_time -= 4 * SECOND;
+        }
+        vec![message]
+    });
+    let run = replay(&bench, &back);
+    says(
+        &run,
+        0,
+        &["the clock was set back while the log was recorded, once, by up to 3.9"],
+    );
+}
+
+#[test]
+fn what_was_noted_is_told_with_what_stops_a_replay() {
+    let bytes = changed(|mut message| {
+        if message.topic == "/tf_static" {
+            let rotation = message.data.len() - 32..;
+            message.data[rotation].fill(0);
+        }
+        if is_range(&message) && !message.topic.ends_with("sonar_15") {
+            return Vec::new();
+        }
+        vec![message]
+    });
+    says(
+        &replay(&Bench::new(), &bytes),
+        2,
+        &[
+            "no mounting pose for sonar frame `sonar_15`",
+            "Also:\n  - transforms that hold no pose",
+        ],
     );
 }
 

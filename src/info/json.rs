@@ -97,6 +97,7 @@ pub fn write(out: &mut dyn Write, info: &Info) -> io::Result<()> {
         replay: Replay {
             possible: match info.verdict {
                 Verdict::Yes => "yes",
+                Verdict::InPart => "in-part",
                 Verdict::WithSkeleton => "with-skeleton",
                 Verdict::No => "no",
             },

@@ -7,11 +7,8 @@ use toml::Value;
 use super::trial::wider_gap;
 use super::{Info, Verdict};
 use crate::log::LogError;
-use crate::log::survey::PLACEHOLDER_BEAM_WIDTH;
+use crate::log::survey::{PLACEHOLDER_BEAM_WIDTH, PLACEHOLDER_MAX_RANGE};
 use crate::replay::ReplayError;
-
-/// A farthest range put in the place of one that cannot be right, metres.
-const PLACEHOLDER_MAX_RANGE: f64 = 5.0;
 
 /// Keys by section, in the order in which they came up.
 #[derive(Debug, Default)]
@@ -43,12 +40,16 @@ pub fn skeleton(info: &Info, obstacles: &[LogError]) -> Option<String> {
     let mut sections = Sections::default();
     odometry(&mut sections, info, obstacles);
     parameters(&mut sections, info);
+    rings(&mut sections, obstacles);
     sonars(&mut sections, info, obstacles);
     if sections.0.is_empty() {
         return None;
     }
     let mut text = String::from(match info.verdict {
         Verdict::Yes => "# What would make more of this log.\n",
+        Verdict::InPart => {
+            "# What the sonars need that a replay leaves out. The values are placeholders: put in the right ones.\n"
+        }
         Verdict::WithSkeleton => {
             "# What this log needs to be replayed. The values are placeholders: put in the right ones.\n"
         }
@@ -88,7 +89,7 @@ fn odometry(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
                     format!("choose one; the others: {}", others.join(", ")),
                 );
             }
-            LogError::NoRobotFrame { .. } => sections.add(
+            LogError::NoRobotFrame { .. } | LogError::UnclearTransforms { .. } => sections.add(
                 "input",
                 "robot_frame",
                 Value::String(input.robot_frame.clone().unwrap_or_default()),
@@ -189,10 +190,59 @@ fn sonars(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
             let limit = PLACEHOLDER_MAX_RANGE + sonar.min_range.max(0.0);
             let comment = format!(
                 "m: see the data sheet; the log has {} to {}",
-                sonar.min_range, sonar.max_range
+                short(sonar.min_range),
+                short(sonar.max_range)
             );
             sections.add(&section, "max_range", Value::Float(limit), comment);
         }
+    }
+}
+
+/// The sonars of which only the points are known where their beams ended.
+fn rings(sections: &mut Sections, obstacles: &[LogError]) {
+    let rings = obstacles.iter().filter_map(|obstacle| match obstacle {
+        LogError::UnplacedRing(ring) => Some(ring),
+        _ => None,
+    });
+    for ring in rings {
+        for (index, direction) in ring.directions.iter().enumerate() {
+            let section = format!("sonar.{}", ring.name(index));
+            // The first one says what holds for all.
+            let comments = if index == 0 {
+                [
+                    "m in the robot's frame: measure these; any name will do for the sonar",
+                    "m, to the left",
+                    "deg, counter-clockwise: where its points lie, seen from the robot",
+                    "deg, full angle: see the data sheet",
+                    "m: see the data sheet; a point at this distance is no echo",
+                ]
+            } else {
+                [""; 5]
+            };
+            let values = [
+                ("x", Value::Float(0.0)),
+                ("y", Value::Float(0.0)),
+                (
+                    "yaw",
+                    Value::Float(libm::round(direction.to_degrees() * 10.0) / 10.0),
+                ),
+                ("beam_width", degrees(PLACEHOLDER_BEAM_WIDTH)),
+                ("max_range", Value::Float(PLACEHOLDER_MAX_RANGE)),
+            ];
+            for ((key, value), comment) in values.into_iter().zip(comments) {
+                sections.add(&section, key, value, comment);
+            }
+        }
+    }
+}
+
+/// A number as short as the file had it: ranges are single floats there.
+fn short(number: f64) -> String {
+    let single = number as f32;
+    if f64::from(single) == number {
+        single.to_string()
+    } else {
+        number.to_string()
     }
 }
 

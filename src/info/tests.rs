@@ -59,6 +59,7 @@ fn info(events: Events) -> Info {
         },
         config: Config::default(),
         obstacles: Vec::new(),
+        in_part: false,
         clocks: Vec::new(),
         odometry_topic: Some("/odom".into()),
     })

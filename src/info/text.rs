@@ -60,6 +60,9 @@ fn head(info: &Info) -> String {
     );
     let verdict = match info.verdict {
         Verdict::Yes => "can be replayed",
+        Verdict::InPart => {
+            "can be replayed in part, without the sonars that findings name; with the configuration at the end whole"
+        }
         Verdict::WithSkeleton => {
             "cannot be replayed as it is; with the configuration at the end it can"
         }

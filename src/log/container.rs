@@ -15,14 +15,19 @@
 //! - `source`: bytes of the file, a window at a time
 //! - `tail`: footer and summary, which are read first
 //! - `walker`: one record after the other; `used`: what is used of them
-//! - `recover`: what follows a damaged one; `loss`: what is said of it
+//! - `recover`: what follows a damaged one; `loss`, `losses`: what is said of it
+//! - `ends`: where the data and the file end; `overlap`: borders in doubt outside of chunks
 //! - `scan`: where to go on when no index tells
 //! - `place`: the index of chunks
-//! - `chunk`: decompression and checksum; `trust`: the checksum over everything
+//! - `chunk`: decompression and checksum; `trust`, `doubt`: the checksum over everything
 //! - `registry`: schemas and channels
 
 mod chunk;
+mod doubt;
+mod ends;
 mod loss;
+mod losses;
+mod overlap;
 mod place;
 pub mod record;
 mod recover;

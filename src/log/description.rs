@@ -37,6 +37,7 @@ pub fn fixed_joints(urdf: &str) -> Result<Vec<TransformMessage>, DescriptionErro
             let ([x, y, z], [roll, pitch, yaw]) = (*joint.origin.xyz, *joint.origin.rpy);
             let is_finite = [x, y, z, roll, pitch, yaw].iter().all(|n| n.is_finite());
             TransformMessage {
+                stamp_ns: 0,
                 parent: joint.parent.link,
                 child: joint.child.link,
                 parent_from_child: is_finite.then(|| {

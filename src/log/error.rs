@@ -1,6 +1,10 @@
 //! Why a log cannot be replayed, and what to do then.
 
+mod missing;
+
 use std::path::{Path, PathBuf};
+
+pub use missing::{MissingMount, UnplacedRing};
 
 use super::container::{Loss, OpenError};
 use super::messages::MOST_SONARS;
@@ -63,8 +67,14 @@ pub enum LogError {
         most: u64,
     },
     /// Nothing that measures ranges.
-    #[error("{file} has no range readings{}. {} Messages of other types can be described by field paths, under \
-         [channel.\"/topic\"] in the configuration", because(.asked), list("The log holds", .found))]
+    #[error(
+        "{file} has no range readings{}. {}\nRanges are read from sensor_msgs/Range, LaserScan, PointCloud and \
+         PointCloud2 and from foxglove.LaserScan. Messages of other types are described by field paths in \
+         the configuration:\n\n    [channel.\"/topic\"]\n    range = \"distance\"  # of its fields the one that \
+         holds the range",
+        because(.asked),
+        lines("The log holds", .found)
+    )]
     NoRanges {
         /// The log.
         file: String,
@@ -74,7 +84,14 @@ pub enum LogError {
         found: Vec<String>,
     },
     /// Nothing that says where the robot was.
-    #[error("{file} has no odometry{}. {}", because(.asked), list("The log holds", .found))]
+    #[error(
+        "{file} has no odometry{}. {}\nIt is read from nav_msgs/Odometry, foxglove.Odometry, messages that hold \
+         one pose, and transforms on /tf that move the robot's frame. Messages of other types are described \
+         by field paths in the configuration:\n\n    [channel.\"/topic\"]\n    x = \"x\"\n    y = \"y\"\n    \
+         yaw = \"theta\"  # of its fields those that hold the pose",
+        because(.asked),
+        lines("The log holds", .found)
+    )]
     NoOdometry {
         /// The log.
         file: String,
@@ -91,6 +108,22 @@ pub enum LogError {
         /// The topics.
         topics: Vec<String>,
     },
+    /// No odometry but transforms, and several of them move.
+    #[error(
+        "{file} has no odometry messages, and which of the transforms that move is the robot's cannot be \
+         told:{}\nSay which frame is the robot's in the configuration:\n\n    [input]\n    robot_frame = \"{}\"",
+        itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>()),
+        moving.first().map_or("base_link", |(_, child)| child)
+    )]
+    UnclearTransforms {
+        /// The log.
+        file: String,
+        /// Parents and children.
+        moving: Vec<(String, String)>,
+    },
+    /// Points of a sonar ring, without the mounts of its sonars.
+    #[error(transparent)]
+    UnplacedRing(Box<UnplacedRing>),
     /// A sonar whose place on the robot is unknown.
     #[error(transparent)]
     NoMount(Box<MissingMount>),
@@ -126,6 +159,14 @@ pub enum LogError {
     /// The configuration.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// Something is missing, and there is more to know of the log.
+    #[error("{source}\nAlso:{}", itemised(.notes))]
+    Noted {
+        /// What is missing.
+        source: Box<LogError>,
+        /// What a person should know.
+        notes: Vec<String>,
+    },
     /// A log of which nothing is left.
     #[error("nothing of {file} can be used: it is damaged. Lost:{}", itemised(.losses))]
     Unreadable {
@@ -160,30 +201,37 @@ pub fn itemised(items: &[String]) -> String {
     text
 }
 
-/// A sonar whose place on the robot is unknown.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
-     configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
-     yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
-    list("Frames with a transform:", .frames)
-)]
-pub struct MissingMount {
-    /// The sonar's name.
-    pub sonar: String,
-    /// Its topic.
-    pub topic: String,
-    /// Its frame.
-    pub frame: String,
-    /// The robot's frame.
-    pub robot_frame: String,
-    /// What stands in the way.
-    pub why: String,
-    /// Every frame of the transform tree.
-    pub frames: Vec<String>,
-}
-
 impl LogError {
+    /// The same, in one line.
+    pub(super) fn in_short(&self) -> String {
+        match self {
+            Self::NoMount(missing) => {
+                let name = &missing.sonar;
+                let why = &missing.why;
+                format!("it has no mounting pose, {why}. Record /tf_static, or give x, y and yaw under [sonar.\"{name}\"]")
+            }
+            Self::NoBeamWidth { sonar, .. } => format!(
+                "it has no beam width, its field_of_view is 0 or NaN. Set beam_width under [sonar.\"{sonar}\"]"
+            ),
+            Self::NoRobotFrame { .. } => {
+                "its mount is not in the configuration, and the odometry does not name the frame that it moves. \
+                 Set input.robot_frame".to_owned()
+            }
+            other => other.to_string(),
+        }
+    }
+
+    /// The same, and what else a person should know.
+    pub(super) fn noting(self, notes: Vec<String>) -> Self {
+        if notes.is_empty() {
+            return self;
+        }
+        Self::Noted {
+            source: Box::new(self),
+            notes,
+        }
+    }
+
     /// What is missing may be what was lost.
     pub(super) fn after(self, losses: &[Loss]) -> Self {
         if losses.is_empty() {
@@ -216,6 +264,14 @@ fn because(asked: &[String]) -> String {
         String::new()
     } else {
         format!(" on the topics asked for ({})", asked.join(", "))
+    }
+}
+
+/// A line for each of some items, as far as anyone reads them.
+fn lines(head: &str, items: &[String]) -> String {
+    match items {
+        [] => format!("{head} nothing."),
+        _ => format!("{head}:{}", itemised(items)),
     }
 }
 

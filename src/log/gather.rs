@@ -1,7 +1,9 @@
 //! Collects what the messages say and puts it together: sonars with names and mounts, readings and
 //! odometry in stamp order.
 
+mod finish;
 mod hits;
+mod moving;
 mod stand_in;
 mod track;
 
@@ -9,16 +11,15 @@ use std::collections::BTreeMap;
 
 pub use stand_in::STAND_IN;
 
-use super::channels::ChannelReport;
-use super::container::Loss;
+use nalgebra::Isometry3;
+
+use super::description;
 use super::messages::{Content, HitsMessage, MOST_SONARS, OdometryMessage, RangeMessage, Role};
-use super::sonars::{Placing, Source, SourceKey};
-use super::stamps::{self, Clock};
+use super::sonars::{Source, SourceKey};
 use super::transforms::{Origin, TransformTree};
-use super::{Log, LogError, description, notes, repeats};
-use crate::config::Config;
-use crate::event::{Events, OdometrySample, RangeReading, SonarId};
+use crate::event::{OdometrySample, RangeReading, SonarId};
 use crate::geometry::Pose2;
+use moving::Moving;
 use track::Odometry;
 
 /// Everything said so far.
@@ -33,6 +34,8 @@ pub struct Gatherer {
     crowded: bool,
     tracks: BTreeMap<String, Odometry>,
     transforms: TransformTree,
+    /// Transforms that may say where the robot was, as long as no odometry does.
+    moving: Moving,
     /// Points of sonar rings, with the topic and the time they were recorded.
     hits: Vec<(String, i64, HitsMessage)>,
     descriptions: usize,
@@ -66,7 +69,14 @@ impl Gatherer {
                 } else {
                     Origin::Moving
                 };
+                let no_odometry = |track: &Odometry| track.role != Role::Odometry;
+                let may_move = origin == Origin::Moving && self.tracks.values().all(no_odometry);
                 for transform in transforms {
+                    if may_move {
+                        let stamp_ns = stamp(transform.stamp_ns, logged_ns);
+                        let sample = |pose: &_| in_plane(stamp_ns, pose);
+                        self.moving.take(topic, logged_ns, &transform, sample);
+                    }
                     self.transforms.add(transform, origin);
                 }
             }
@@ -131,135 +141,32 @@ impl Gatherer {
     }
 
     fn take_odometry(&mut self, role: Role, topic: &str, logged_ns: i64, message: OdometryMessage) {
+        if role == Role::Odometry {
+            self.moving.clear();
+        }
         let track = self
             .tracks
             .entry(topic.to_owned())
-            .or_insert_with(|| Odometry {
-                role,
-                world_frame: message.world_frame,
-                robot_frame: message.robot_frame,
-                samples: Vec::new(),
-                messages: 0,
-                unstamped: 0,
-                unusable: 0,
-                clock: Clock::default(),
-            });
+            .or_insert_with(|| Odometry::new(role));
         track.messages += 1;
         track.clock.take(message.stamp_ns, logged_ns);
         track.unstamped += u64::from(message.stamp_ns == 0);
-        let Some(pose) = message.world_from_robot else {
+        let Some(pose) = &message.world_from_robot else {
             track.unusable += 1;
             return;
         };
-        let forward = pose.rotation * nalgebra::Vector3::x();
-        let position = pose.translation.vector;
-        track.samples.push(OdometrySample {
-            stamp_ns: stamp(message.stamp_ns, logged_ns),
-            world_from_robot: Pose2::new(position.x, position.y, libm::atan2(forward.y, forward.x)),
-        });
+        let sample = in_plane(stamp(message.stamp_ns, logged_ns), pose);
+        track.take(&message.world_frame, &message.robot_frame, sample);
     }
+}
 
-    /// Puts everything together.
-    ///
-    /// # Errors
-    /// When something is missing without which nothing can be replayed.
-    pub fn finish(
-        mut self,
-        file: String,
-        config: &Config,
-        mut channels: Vec<ChannelReport>,
-        losses: Vec<Loss>,
-    ) -> Result<Log, LogError> {
-        let no_ranges = |channels: &[ChannelReport]| LogError::NoRanges {
-            file: file.clone(),
-            asked: config.input.range_topics.clone(),
-            found: channels.iter().map(notes::describe).collect(),
-        };
-        if self.crowded {
-            return Err(LogError::TooManySonars { file });
-        }
-        if self.readings.is_empty() && self.hits.is_empty() {
-            return Err(no_ranges(&channels));
-        }
-        let (topic, odometry) = self.choose_odometry(&file, config, &mut channels)?;
-        let robot_frame = config
-            .input
-            .robot_frame
-            .as_deref()
-            .unwrap_or(&odometry.robot_frame);
-        self.take_hits(config, robot_frame, &odometry.world_frame, &mut channels);
-        if self.crowded {
-            return Err(LogError::TooManySonars { file });
-        }
-        if self.readings.is_empty() {
-            return Err(no_ranges(&channels));
-        }
-        let mut notes = notes::on_channels(&channels);
-        notes.append(&mut self.notes);
-        let unused = config
-            .channel
-            .keys()
-            .filter(|topic| !channels.iter().any(|c| c.topic == **topic));
-        notes.extend(unused.map(|topic| {
-            format!("the configuration describes channel `{topic}`, which the log does not have")
-        }));
-        let unstamped = self.unstamped + odometry.unstamped;
-        if unstamped > 0 {
-            notes.push(format!(
-                "{unstamped} messages have no stamp in their header; the time they were recorded is taken"
-            ));
-        }
-        if odometry.unusable > 0 {
-            notes.push(format!(
-                "{} odometry messages on {topic} hold no pose (NaN, or a quaternion of zero) and were left out",
-                odometry.unusable
-            ));
-        }
-        notes.extend(self.transforms.note());
-        if odometry.role == Role::Pose && config.input.odometry_topics.is_empty() {
-            notes.push(format!(
-                "the log has no odometry; the poses on {topic} are taken for it"
-            ));
-        }
-        let placing = Placing {
-            file: &file,
-            odometry_topic: &topic,
-            world_frame: &odometry.world_frame,
-            robot_frame,
-            transforms: &self.transforms,
-            config,
-        };
-        let (sonars, mut readings) = placing.place(&self.sources, self.readings, &mut notes)?;
-        let mut samples = odometry.samples;
-        samples.sort_by_key(|s| s.stamp_ns);
-        notes.extend(stamps::twins(&readings));
-        let ranges: Vec<&Clock> = self.sources.iter().map(|source| &source.clock).collect();
-        let clock_jump = stamps::jump(&ranges, &odometry.clock);
-        let mut time_notes = Vec::new();
-        time_notes.extend(stamps::skew(&ranges, &odometry.clock));
-        time_notes.extend(stamps::backward(&ranges, &odometry.clock));
-        time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
-        let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
-        let dropped = config.input.drop_repeats;
-        notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
-        if dropped {
-            let mut repeating = repeating.into_iter();
-            readings.retain(|_| repeating.next() != Some(true));
-        }
-        Ok(Log {
-            file,
-            events: Events {
-                sonars,
-                readings,
-                odometry: samples,
-            },
-            messages: self.messages + odometry.messages,
-            losses: notes::on_losses(&losses, &channels),
-            channels,
-            notes,
-            clock_jump,
-            time_notes,
-        })
+/// A pose laid into the plane.
+fn in_plane(stamp_ns: i64, world_from_robot: &Isometry3<f64>) -> OdometrySample {
+    let forward = world_from_robot.rotation * nalgebra::Vector3::x();
+    let position = world_from_robot.translation.vector;
+    OdometrySample {
+        stamp_ns,
+        world_from_robot: Pose2::new(position.x, position.y, libm::atan2(forward.y, forward.x)),
     }
 }
 

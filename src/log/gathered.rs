@@ -52,7 +52,9 @@ impl Gathered {
     pub fn log(&self, config: &Config) -> Result<Log, LogError> {
         let (gatherer, losses) = (self.gatherer.clone(), self.losses.clone());
         let found = gatherer.finish(self.file.clone(), config, self.channels.clone(), losses);
-        let mut log = found.map_err(|error| error.after(&self.losses))?;
+        let mut log = found
+            .map_err(|stopped| stopped.into_error(&self.losses))?
+            .log;
         log.losses.extend(self.truth.loss());
         Ok(log)
     }

@@ -122,6 +122,8 @@ pub struct OdometryMessage {
 /// One transform.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransformMessage {
+    /// 0 where it is not stamped.
+    pub stamp_ns: i64,
     /// Frame that the pose is given in, without a leading slash.
     pub parent: String,
     /// Frame that the pose is of.

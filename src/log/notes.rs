@@ -4,7 +4,7 @@ use super::channels::ChannelReport;
 use super::container::Loss;
 
 /// A channel in a list of what the log holds.
-pub fn describe(channel: &ChannelReport) -> String {
+fn describe(channel: &ChannelReport) -> String {
     let problem = match &channel.problem {
         Some(problem) => format!(": {problem}"),
         None => String::new(),
@@ -18,6 +18,13 @@ pub fn describe(channel: &ChannelReport) -> String {
         "{} ({type_name}, {}, {} messages{problem})",
         channel.topic, channel.encoding, channel.messages
     )
+}
+
+/// Channels in a list of what the log holds: first those that may be meant.
+pub fn candidates(channels: &[ChannelReport]) -> Vec<String> {
+    let mut channels: Vec<&ChannelReport> = channels.iter().collect();
+    channels.sort_by_key(|channel| (channel.role.is_none(), channel.problem.is_none()));
+    channels.into_iter().map(describe).collect()
 }
 
 /// Marks a topic as one that cannot be used after all.

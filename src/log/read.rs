@@ -100,9 +100,10 @@ impl Visits {
     fn finish(self, file: String, config: &Config, losses: Vec<Loss>) -> Result<Log, LogError> {
         let (gatherer, channels) = self.into_parts(&file)?;
         let lost = losses.clone();
-        gatherer
-            .finish(file, config, channels, losses)
-            .map_err(|error| error.after(&lost))
+        match gatherer.finish(file, config, channels, losses) {
+            Ok(finished) => Ok(finished.log),
+            Err(stopped) => Err(stopped.into_error(&lost)),
+        }
     }
 
     /// What was gathered, and of which channels.

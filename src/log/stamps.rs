@@ -1,80 +1,51 @@
 //! What is odd about the stamps of a log: clocks that were set or do not agree, stamps that go back or
 //! come twice, readings that no odometry covers.
 
+mod clock;
+#[cfg(test)]
+mod tests;
+
+pub use clock::Clock;
+
 use crate::config::Frames;
 use crate::event::{OdometrySample, RangeReading};
+use clock::JUMP;
 
-/// A stamp that moves so much otherwise than the time of recording was made by a clock that was set,
-/// nanoseconds.
-const JUMP: i64 = 1_000_000_000;
+/// Parts of one log in another order leave no such hole between them, nanoseconds.
+const HOLE: i64 = 10_000_000_000;
 /// So much more or less delay of the ranges than of the odometry is worth a word, nanoseconds.
 const SKEW: i64 = 100_000_000;
-/// So many delays are kept of each clock at the most.
-const KEPT: usize = 1024;
 /// From this share of readings without a pose on, a word is worth it even if nothing was interrupted.
 const SHARE: f64 = 0.01;
 
-/// The stamps of one sonar, or of the odometry, while a log is read.
-#[derive(Debug, Clone, Default)]
-pub struct Clock {
-    first_logged: Option<i64>,
-    last: Option<(i64, i64)>,
-    backward: u64,
-    farthest_back: i64,
-    jumps: u64,
-    /// By how much the largest jump moved the clock and when it was recorded, nanoseconds.
-    largest: Option<(i64, i64)>,
-    stamped: u64,
-    /// From stamp to recording, of every so-many-th message.
-    delays: Vec<i64>,
-    stride: u64,
-}
-
-impl Clock {
-    /// Takes a message, with 0 for no stamp. Nanoseconds.
-    pub fn take(&mut self, stamp_ns: i64, logged_ns: i64) {
-        self.first_logged.get_or_insert(logged_ns);
-        if stamp_ns == 0 {
-            return;
-        }
-        // A message out of its place in the file says nothing of the clock.
-        let in_order = self.last.is_none_or(|(_, logged)| logged <= logged_ns);
-        let last = self.last.filter(|_| in_order);
-        if in_order {
-            self.last = Some((stamp_ns, logged_ns));
-        }
-        if let Some((stamp, logged)) = last {
-            let moved = stamp_ns.saturating_sub(stamp);
-            let passed = logged_ns.saturating_sub(logged);
-            let ahead = moved.saturating_sub(passed);
-            if moved < 0 {
-                self.backward += 1;
-                self.farthest_back = self.farthest_back.min(moved);
-            }
-            // Messages that come late leave the stamps behind, but never turn them back.
-            if ahead > JUMP || (ahead < -JUMP && moved < -JUMP) {
-                self.jumps += 1;
-                if self
-                    .largest
-                    .is_none_or(|(by, _)| by.unsigned_abs() < ahead.unsigned_abs())
-                {
-                    self.largest = Some((ahead, logged_ns));
-                }
-            }
-        }
-        if self.stamped.is_multiple_of(self.stride.max(1)) {
-            if self.delays.len() == KEPT {
-                self.stride = self.stride.max(1) * 2;
-                let mut keep = false;
-                self.delays.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-            }
-            self.delays.push(logged_ns.saturating_sub(stamp_ns));
-        }
-        self.stamped += 1;
+/// Stamps that went back together with the time of recording, to times that the log had been through
+/// or far before them.
+pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
+    let clocks = || ranges.iter().copied().chain([odometry]);
+    let overlap = clocks().map(|clock| clock.overlap_and_hole().0).max()?;
+    let hole = clocks().map(|clock| clock.overlap_and_hole().1).max()?;
+    let returns = clocks().map(|clock| clock.returns).max()?;
+    let farthest = seconds(clocks().map(|clock| clock.farthest_return).max()?);
+    let times = if returns == 1 {
+        "once".to_owned()
+    } else {
+        format!("{returns} times")
+    };
+    if overlap > JUMP {
+        return Some(format!(
+            "the clock was set back while the log was recorded, {times}, by up to {farthest:.3} s: stamps and times \
+             of recording were twice at {:.3} s of the log, and readings from before and after meet each \
+             other's poses",
+            seconds(overlap)
+        ));
     }
+    (hole > HOLE).then(|| {
+        format!(
+            "stamps and times of recording go back together, {times}, by up to {farthest:.3} s, and leave a hole of \
+             {:.3} s: the clock was set back, or two logs were put together",
+            seconds(hole)
+        )
+    })
 }
 
 fn seconds(ns: i64) -> f64 {
@@ -204,110 +175,4 @@ pub fn uncovered(
         readings.len(),
         parts.join(", ")
     ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::event::SonarId;
-    use crate::geometry::Pose2;
-
-    const S: i64 = 1_000_000_000;
-
-    fn clock(messages: impl IntoIterator<Item = (i64, i64)>) -> Clock {
-        let mut clock = Clock::default();
-        for (stamp, logged) in messages {
-            clock.take(stamp, logged);
-        }
-        clock
-    }
-
-    /// Ten messages a second, stamped 10 ms before they are recorded.
-    fn steady(from: i64, to: i64, ahead: i64) -> impl Iterator<Item = (i64, i64)> {
-        (from..to).map(move |k| (k * S / 10 + ahead - S / 100, k * S / 10))
-    }
-
-    #[test]
-    fn a_clock_that_was_set_is_told_from_messages_that_come_late() {
-        let even = clock(steady(100, 200, 0));
-        assert_eq!(jump(&[&even], &even), None);
-        for (by, said) in [(3600 * S, "+3600.000 s"), (-30 * S, "-30.000 s")] {
-            let set = clock(steady(1000, 1050, 0).chain(steady(1050, 1100, by)));
-            let text = jump(&[&even, &set], &even).unwrap();
-            assert!(
-                text.contains("1 of 2 sonars") && text.contains(said),
-                "{text}"
-            );
-        }
-        // Held up for five seconds, then all at once.
-        let late = (0..100).map(|k| (S + k * S / 10, S + (k * S / 10).max(5 * S)));
-        let late = clock(late);
-        assert_eq!((jump(&[&late], &late), late.backward), (None, 0));
-    }
-
-    #[test]
-    fn clocks_that_differ_are_told_by_their_delays() {
-        let (even, behind) = (clock(steady(0, 5000, 5)), clock(steady(0, 5000, -S / 2)));
-        assert!(even.delays.len() <= KEPT);
-        assert_eq!(skew(&[&even], &even), None);
-        let text = skew(&[&behind], &even).unwrap();
-        assert!(text.contains("0.510 s and odometry 0.010 s"), "{text}");
-        assert_eq!(skew(&[], &even), None);
-    }
-
-    #[test]
-    fn stamps_that_go_back_are_counted() {
-        let shuffled = clock([(5 * S, 5 * S), (3 * S, 3 * S), (4 * S, 4 * S)]);
-        assert_eq!(backward(&[&shuffled], &shuffled), None);
-        let set_back = clock([(5 * S, 1), (3 * S, 2), (4 * S, 3), (0, 4)]);
-        let text = backward(&[&set_back], &Clock::default()).unwrap();
-        assert!(
-            text.contains("1 of ranges, 0 of odometry, by up to 2.000 s"),
-            "{text}"
-        );
-    }
-
-    fn reading(stamp_ns: i64) -> RangeReading {
-        RangeReading {
-            stamp_ns,
-            sonar: SonarId(0),
-            range: 1.0,
-            min_range: 0.1,
-            max_range: 4.0,
-            beam_width: 0.4,
-            variance: 0.0,
-        }
-    }
-
-    #[test]
-    fn what_gaps_of_the_odometry_cost() {
-        let sample = |stamp_ns| OdometrySample {
-            stamp_ns,
-            world_from_robot: Pose2::new(0.0, 0.0, 0.0),
-        };
-        let readings: Vec<_> = (0..100).map(|k| reading(k * S / 10)).collect();
-        let bounds = Frames::default();
-        let every = |step: i64| (0..=10 * S / step).map(move |k| sample(k * step));
-        let covered: Vec<_> = every(S / 10).collect();
-        assert_eq!(uncovered(&readings, &covered, &bounds), None);
-        let holed: Vec<_> = every(S / 10)
-            .filter(|s| (S..=3 * S).contains(&s.stamp_ns) || s.stamp_ns >= 5 * S)
-            .collect();
-        let text = uncovered(&readings, &holed, &bounds).unwrap();
-        assert!(text.starts_with("29 of 100 readings"), "{text}");
-        assert!(text.contains("10 before the first"), "{text}");
-        assert!(
-            text.contains(
-                "19 in 1 gap of the odometry wider than 0.5 s, the longest 2.0 s at 3.0 s"
-            ),
-            "{text}"
-        );
-    }
-
-    #[test]
-    fn readings_that_come_twice() {
-        assert_eq!(twins(&[reading(1), reading(2)]), None);
-        let text = twins(&[reading(1), reading(1), reading(2)]).unwrap();
-        assert!(text.starts_with("1 of 3 readings"), "{text}");
-    }
 }

@@ -20,6 +20,9 @@ use crate::config::{Config, SonarOverride};
 /// Beam width put in the place of one that is not known, radians: the paper's.
 pub const PLACEHOLDER_BEAM_WIDTH: f64 = 22.5 * std::f64::consts::PI / 180.0;
 
+/// Farthest range put in the place of one that is not known, metres.
+pub const PLACEHOLDER_MAX_RANGE: f64 = 5.0;
+
 /// A log with more obstacles than this is shown without its sonars.
 const MOST_OBSTACLES: usize = 512;
 
@@ -33,6 +36,8 @@ pub struct Survey {
     pub config: Config,
     /// What a replay with the configuration given would refuse, one after the other.
     pub obstacles: Vec<LogError>,
+    /// Whether a replay goes without some of the sonars.
+    pub in_part: bool,
     /// When the messages of each of the log's channels came.
     pub clocks: Vec<ChannelClock>,
     /// The topic whose odometry is used.
@@ -67,6 +72,7 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
         odometry_topic: odometry_topic(&channels),
         no_ranges: false,
         no_odometry: false,
+        in_part: false,
     };
     let clocks = clocks.finish(&channels);
     mending.finish(&channels, &losses, clocks)
@@ -123,6 +129,8 @@ struct Mending {
     odometry_topic: Option<String>,
     no_ranges: bool,
     no_odometry: bool,
+    /// Whether a log came of it before anything was mended.
+    in_part: bool,
 }
 
 impl Mending {
@@ -140,8 +148,23 @@ impl Mending {
                 losses.to_vec(),
             );
             match attempt {
-                Ok(log) => return Ok(self.survey(log, clocks)),
-                Err(obstacle) => self.mend(obstacle)?,
+                Ok(finished) => {
+                    self.in_part |= self.obstacles.is_empty() && !finished.left_out.is_empty();
+                    self.odometry_topic = Some(finished.odometry_topic);
+                    let known = self.obstacles.len();
+                    for obstacle in finished.left_out {
+                        // Where there is no way past it, the sonar stays out.
+                        let is_known = self.config.input.robot_frame.is_some()
+                            && matches!(obstacle, LogError::NoRobotFrame { .. });
+                        if !is_known {
+                            let _ = self.mend(obstacle);
+                        }
+                    }
+                    if self.obstacles.len() == known {
+                        return Ok(self.survey(finished.log, clocks));
+                    }
+                }
+                Err(stopped) => self.mend(stopped.error)?,
             }
         }
     }
@@ -161,6 +184,7 @@ impl Mending {
             log,
             config: self.config,
             obstacles: self.obstacles,
+            in_part: self.in_part,
             clocks,
             odometry_topic: self.odometry_topic,
         }
@@ -176,6 +200,20 @@ impl Mending {
             LogError::NoMount(missing) if !too_many => {
                 let known = self.sonar(&missing.sonar);
                 (known.x, known.y, known.yaw) = (Some(0.0), Some(0.0), Some(0.0));
+            }
+            LogError::UnplacedRing(ring) if !too_many => {
+                for (index, direction) in ring.directions.iter().enumerate() {
+                    let known = self.sonar(&ring.name(index));
+                    (known.x, known.y, known.yaw) = (Some(0.0), Some(0.0), Some(*direction));
+                    known.beam_width.get_or_insert(PLACEHOLDER_BEAM_WIDTH);
+                    known.max_range.get_or_insert(PLACEHOLDER_MAX_RANGE);
+                }
+            }
+            LogError::UnclearTransforms { moving, .. }
+                if self.config.input.robot_frame.is_none() =>
+            {
+                let frame = moving.first().map(|(_, child)| child.clone());
+                self.config.input.robot_frame = frame;
             }
             LogError::NoBeamWidth { sonar, .. } if !too_many => {
                 self.sonar(sonar).beam_width = Some(PLACEHOLDER_BEAM_WIDTH);
@@ -199,6 +237,7 @@ impl Mending {
             LogError::NoRanges { .. }
             | LogError::NoMount(_)
             | LogError::NoBeamWidth { .. }
+            | LogError::UnplacedRing(_)
             | LogError::TooManySonars { .. }
                 if !self.no_ranges =>
             {
@@ -228,75 +267,4 @@ fn likely_robot_frame(frames: &[&str]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn report(topic: &str, role: Option<Role>, messages: u64) -> ChannelReport {
-        ChannelReport {
-            topic: topic.into(),
-            type_name: "t".into(),
-            encoding: "cdr".into(),
-            role,
-            used: true,
-            messages,
-            undecoded: 0,
-            problem: None,
-        }
-    }
-
-    #[test]
-    fn of_several_odometries_the_busiest_is_shown() {
-        let odometry = Some(Role::Odometry);
-        let channels = [
-            report("/b", odometry, 5),
-            report("/c", odometry, 9),
-            report("/d", odometry, 9),
-            report("/range", Some(Role::Range), 99),
-            report("/x", None, 99),
-        ];
-        assert_eq!(odometry_topic(&channels).as_deref(), Some("/c"));
-        assert_eq!(odometry_topic(&[]), None);
-    }
-
-    #[test]
-    fn publishers_of_one_topic_are_one_channel() {
-        let two = vec![
-            report("/a", None, 2),
-            report("/a", None, 3),
-            report("/b", None, 1),
-        ];
-        let channels = together(two);
-        assert_eq!(channels.len(), 2);
-        assert_eq!(channels[0].messages, 5);
-    }
-
-    #[test]
-    fn the_robots_frame_is_guessed_from_the_frames_there_are() {
-        assert_eq!(
-            likely_robot_frame(&["base_footprint", "sonar"]),
-            "base_footprint"
-        );
-        assert_eq!(likely_robot_frame(&["robot_base", "x"]), "robot_base");
-        assert_eq!(likely_robot_frame(&["x"]), "base_link");
-    }
-
-    #[test]
-    fn an_empty_log_has_neither_ranges_nor_odometry() {
-        let mending = Mending {
-            file: "f".into(),
-            config: Config::default(),
-            gatherer: Gatherer::default(),
-            obstacles: Vec::new(),
-            odometry_topic: None,
-            no_ranges: false,
-            no_odometry: false,
-        };
-        let survey = mending.finish(&[], &[], Vec::new()).unwrap();
-        assert!(matches!(
-            survey.obstacles.as_slice(),
-            [LogError::NoRanges { .. }, LogError::NoOdometry { .. }]
-        ));
-        assert!(survey.log.events.sonars.is_empty() && survey.log.events.odometry.is_empty());
-        assert!(survey.config.sonar.is_empty());
-    }
-}
+mod tests;

@@ -147,6 +147,11 @@ impl TransformTree {
         })
     }
 
+    /// Whether a frame was only ever given a transform that holds no pose.
+    pub fn is_unusable(&self, frame: &str) -> bool {
+        self.unusable.contains_key(frame) && !self.edges.contains_key(frame)
+    }
+
     /// Names of all frames.
     pub fn frames(&self) -> Vec<&str> {
         let mut frames: Vec<&str> = self

@@ -91,9 +91,12 @@ impl Value {
     /// # Errors
     /// When there is none.
     pub fn time(&self, path: &str) -> Result<i64, FieldError> {
-        self.get(path)
-            .and_then(Self::as_time)
-            .ok_or_else(|| missing(path, "a time of seconds and nanoseconds"))
+        self.get(path).and_then(Self::as_time).ok_or_else(|| {
+            missing(
+                path,
+                "a time of seconds and nanoseconds, or one like 2015-01-01T00:00:00Z",
+            )
+        })
     }
 
     /// The list at a path.
@@ -121,6 +124,11 @@ impl Value {
 
     /// This value as a time, nanoseconds.
     pub fn as_time(&self) -> Option<i64> {
+        // As protobuf's JSON has it.
+        if let Self::Text(text) = self {
+            let time: jiff::Timestamp = text.parse().ok()?;
+            return i64::try_from(time.as_nanosecond()).ok();
+        }
         let part = |names: &[&str]| names.iter().find_map(|name| self.get(name)?.as_integer());
         let seconds = part(&["sec", "secs", "seconds"])?;
         let nanoseconds = part(&["nanosec", "nsec", "nsecs", "nanos"])?;

@@ -114,6 +114,7 @@ fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
         end_ns: frames.last().map_or(0, |frame| frame.stamp_ns),
         complete: true,
         lost: Vec::new(),
+        notes: Vec::new(),
     };
     let setting = Setting {
         sonars,
@@ -312,6 +313,7 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
         end_ns: 6,
         complete: true,
         lost: Vec::new(),
+        notes: Vec::new(),
     };
     let ids = |config: &Config| {
         let setting = Setting {

@@ -4,8 +4,10 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::panic::catch_unwind;
 
+use tmam_replay::log::container::Unchecked;
+
 use crate::damage::{Dice, Fault};
-use crate::pristine::{Message, Pristine, logs, read};
+use crate::pristine::{Message, Pristine, logs, read, read_with};
 
 /// Random faults per log.
 const FAULTS: u64 = 500;
@@ -157,5 +159,24 @@ fn the_messages_before_a_cut_within_a_chunk_are_used() {
                 .to_string()
                 .contains("messages before the end were used")
         );
+    }
+}
+
+#[test]
+fn a_damaged_kind_or_length_costs_the_one_message_it_belongs_to() {
+    let logs = logs();
+    for log in logs.iter().filter(|log| !log.chunked) {
+        let mut dice = Dice(3);
+        for placed in log.messages.iter().take(60) {
+            let at = placed.record.start + dice.below(9);
+            let bytes = Fault::Flip(at, dice.below(8) as u8).apply(&log.bytes);
+            let (found, losses) = read_with(&bytes, Unchecked::Used).unwrap();
+            let found: BTreeSet<Message> = found.into_iter().collect();
+            let missing: Vec<_> = log.set.difference(&found).map(|m| (&m.0, m.1)).collect();
+            assert!(!losses.is_empty(), "{at}");
+            let (topic, time, _) = &placed.message;
+            assert!(found.is_subset(&log.set), "byte {at}: {losses:#?}");
+            assert_eq!(missing, [(topic, *time)], "byte {at}: {losses:#?}");
+        }
     }
 }

@@ -4,11 +4,8 @@ use super::{Finding, Info, Weight, percent};
 use crate::info::motion::{Leap, OdometryFacts};
 use crate::info::statistics::{fraction, seconds};
 use crate::info::trial::wider_gap;
+use crate::log::leaps::is_leap;
 
-/// A robot with sonars does not drive faster, metres per second.
-const TOO_FAST: f64 = 3.0;
-/// A shorter jump is within what wheels do, metres.
-const SHORT_JUMP: f64 = 0.3;
 /// From this share of readings without a pose on, a part of the map is missing.
 const MANY: f64 = 0.2;
 
@@ -55,8 +52,7 @@ fn still(info: &Info, odometry: &OdometryFacts, findings: &mut Vec<Finding>) {
 }
 
 fn jumps(info: &Info, odometry: &OdometryFacts, findings: &mut Vec<Finding>) {
-    let too_far =
-        |leap: &&Leap| leap.distance > SHORT_JUMP && leap.distance > TOO_FAST * leap.seconds;
+    let too_far = |leap: &&Leap| is_leap(leap.distance, leap.seconds);
     if let Some(jump) = odometry.largest_jump.as_ref().filter(too_far) {
         let at = seconds(info.start_ns, jump.stamp_ns);
         findings.push(Finding::new(

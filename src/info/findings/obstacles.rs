@@ -1,6 +1,7 @@
 //! What a replay would refuse.
 
 use super::{Finding, Info, Weight, which_sonars};
+use crate::info::Verdict;
 use crate::info::channels::ChannelFacts;
 use crate::log::{LogError, MissingMount};
 use crate::replay::ReplayError;
@@ -9,8 +10,13 @@ const SKELETON: &str = "the skeleton below has the keys";
 
 /// Everything without which nothing can be replayed or judged.
 pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>) {
+    let weight = if info.verdict == Verdict::InPart {
+        Weight::Serious
+    } else {
+        Weight::Blocking
+    };
     let mut block = |code, what: String, effect: &str, mend: String| {
-        findings.push(Finding::new(Weight::Blocking, code, what, effect, mend));
+        findings.push(Finding::new(weight, code, what, effect, mend));
     };
     let nothing_read = info.channels.is_empty() && !info.losses.is_empty();
     if nothing_read {
@@ -50,6 +56,25 @@ pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>
                 format!("the odometry on {topic} does not name the frame that it moves"),
                 "the sonars' mounts cannot be found from it",
                 format!("set input.robot_frame; {SKELETON}"),
+            ),
+            LogError::UnclearTransforms { moving, .. } => block(
+                "unclear-transforms",
+                format!(
+                    "the log has no odometry messages, and several frames move by transforms: {}",
+                    super::names(moving.iter().map(|(_, child)| child.as_str()))
+                ),
+                "which of them is the robot cannot be told",
+                format!("set input.robot_frame; {SKELETON}"),
+            ),
+            LogError::UnplacedRing(ring) => block(
+                "no-mount",
+                format!(
+                    "the points on {} do not say where the {} sonars are that they come from",
+                    ring.topic,
+                    ring.directions.len()
+                ),
+                "a point is the hit of the sonar on whose axis it lies, so the axes must be known",
+                format!("give x, y, yaw and max_range of each under [sonar.\"NAME\"]; {SKELETON}"),
             ),
             LogError::NoMount(_) | LogError::NoBeamWidth { .. } => {}
             other => block("refused", other.to_string(), "", String::new()),

@@ -2,7 +2,8 @@
 
 use std::io::{Read, Seek};
 
-use super::loss::{BEHIND, Loss, SUMMARY, Why};
+use super::loss::{Loss, Why};
+use super::overlap::overlapped;
 use super::record::{self, ChunkHeader, PREFIX, op};
 use super::scan::{self, Prefix, Sought, next_record};
 use super::walker::{Next, Walker};
@@ -143,11 +144,21 @@ impl<R: Read + Seek> Walker<'_, R> {
         }
         let sought = Sought {
             data_end: self.tail.limit.is_none(),
-            messages: (!self.chunked).then_some(&self.used.registry),
+            messages: (!self.chunked).then(|| self.used.known()),
+        };
+        let overlapped = match message {
+            Some(end) if self.looks > 0 => {
+                self.looks -= 1; // each look costs a pass over many records
+                overlapped(&mut self.source, at, end.min(searched), sought)?
+            }
+            _ => None,
         };
         let from = message.unwrap_or(at).saturating_add(1);
-        let next = next_record(&mut self.source, from, searched, sought)?
-            .unwrap_or(searched.max(at + 1).min(length));
+        let next = match overlapped {
+            Some(record) => record,
+            None => next_record(&mut self.source, from, searched, sought)?
+                .unwrap_or(searched.max(at + 1).min(length)),
+        };
         let why = if self.is_zero(message.unwrap_or(at), next)? {
             Why::Zeros
         } else if next == length && self.is_cut(at)? {
@@ -286,60 +297,5 @@ impl<R: Read + Seek> Walker<'_, R> {
             at += STRIDE;
         }
         Ok(from < to)
-    }
-
-    /// The file's end, before the data section's.
-    pub(super) fn end(&mut self, at: u64) -> Next {
-        let length = self.source.length();
-        if at < length {
-            let bytes = length - at;
-            let why = if self.is_zero(at, length)? {
-                Why::Zeros
-            } else {
-                Why::Cut
-            };
-            self.losses.add(Loss::new(at, bytes, "a record", why));
-        } else if !self.losses.reach(length) {
-            self.losses
-                .add(Loss::new(length, 0, "the end", Why::NoFooter));
-        }
-        Ok(None)
-    }
-
-    /// What follows the data section: the summary, and what should not be there.
-    pub(super) fn close(&mut self, summary: u64) -> Next {
-        let length = self.source.length();
-        let rest = length.saturating_sub(summary);
-        if self.tail.footer {
-            if self.tail.damaged {
-                self.losses
-                    .add(Loss::new(summary, rest, SUMMARY, Why::Summary));
-            }
-            return Ok(None);
-        }
-        let mut at = summary;
-        while let Some(prefix) = scan::prefix(&mut self.source, at)?
-            && prefix.is_possible()
-            && prefix.end(at) <= length
-        {
-            at = prefix.end(at);
-            if prefix.opcode == op::FOOTER && self.source.peek(at)? == Some(MAGIC) {
-                let end = at + MAGIC.len() as u64;
-                let why = if self.is_zero(end, length)? {
-                    Why::Zeros
-                } else {
-                    Why::Trailing
-                };
-                self.losses.add(Loss::new(end, length - end, BEHIND, why));
-                return Ok(None);
-            }
-        }
-        let why = if self.tail.magic {
-            Why::Summary
-        } else {
-            Why::NoFooter
-        };
-        self.losses.add(Loss::new(summary, rest, SUMMARY, why));
-        Ok(None)
     }
 }

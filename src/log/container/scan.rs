@@ -21,9 +21,9 @@ const LARGEST_DEFINITION: u64 = 1 << 20;
 pub struct Sought<'a> {
     /// Whether the end of the data section may be where it seems to be.
     pub data_end: bool,
-    /// Messages outside of chunks, by the channels known; not looked for in a file with chunks,
-    /// since a damaged chunk may hold what looks like them.
-    pub messages: Option<&'a Registry>,
+    /// Messages outside of chunks, by the channels known, from the data and from the summary; not
+    /// looked for in a file with chunks, since a damaged chunk may hold what looks like them.
+    pub messages: Option<[&'a Registry; 2]>,
 }
 
 /// The first place in `from..to` where a record plainly begins.
@@ -86,7 +86,7 @@ pub fn begins<R: Read + Seek>(
         op::CHUNK => chunk(source, at, prefix.length),
         op::DATA_END if sought.data_end => is_data_end(source, at),
         op::SCHEMA | op::CHANNEL | op::MESSAGE => match sought.messages {
-            Some(registry) => chain(source, at, registry),
+            Some(registries) => chain(source, at, registries),
             None => Ok(false),
         },
         _ => Ok(false),
@@ -156,13 +156,14 @@ pub fn is_data_end<R: Read + Seek>(source: &mut Source<R>, at: u64) -> io::Resul
     }))
 }
 
-/// Whether several messages and definitions stand there in a row.
+/// Whether several messages and definitions stand there in a row. A message may begin it whose channel
+/// is known; further ones may be of channels whose definition the damage took, or that follow here.
 fn chain<R: Read + Seek>(
     source: &mut Source<R>,
     mut at: u64,
-    registry: &Registry,
+    registries: [&Registry; 2],
 ) -> io::Result<bool> {
-    for _ in 0..CHAIN {
+    for place in 0..CHAIN {
         if at == source.length() {
             return Ok(true);
         }
@@ -178,7 +179,9 @@ fn chain<R: Read + Seek>(
                     const HEADER: usize = 22;
                     let header = source.peek::<HEADER>(body)?.unwrap_or_default();
                     next.length >= HEADER as u64
-                        && record::message(&header).is_ok_and(|(id, ..)| registry.knows(id))
+                        && record::message(&header).is_ok_and(|(id, ..)| {
+                            place > 0 || registries.iter().any(|registry| registry.knows(id))
+                        })
                 }
                 op::SCHEMA => {
                     next.length <= LARGEST_DEFINITION

@@ -49,6 +49,11 @@ impl<'v> Used<'v> {
         }
     }
 
+    /// What defines channels: the data so far, and the summary.
+    pub fn known(&self) -> [&Registry; 2] {
+        [&self.registry, &self.fallback]
+    }
+
     /// Takes a schema or channel.
     pub fn define(&mut self, record: Inner<'_>) -> Result<(), Why> {
         self.registry.define(record, Some(&self.fallback))

@@ -5,13 +5,13 @@
 use std::io::{Read, Seek};
 
 use super::chunk::Unpacker;
-use super::loss::{Loss, Losses, Why, wider};
+use super::loss::{Loss, Why};
+use super::losses::Losses;
 use super::place::{Places, is_chunk};
 use super::record::{self, ChunkHeader, Inner, PREFIX, op};
 use super::scan::{self, Prefix, is_data_end};
 use super::source::Source;
 use super::tail::{DATA_END, Tail};
-use super::trust::data_section;
 use super::used::{Used, Visit};
 use super::{MAGIC, MAX_CHUNK, OpenError, Unchecked};
 
@@ -28,16 +28,18 @@ pub struct Walker<'v, R> {
     /// Behind the last chunk that was used or given up: no chunk before here is missing.
     pub(super) passed: u64,
     /// Whether the data section's checksum agrees, once that was asked.
-    section: Option<bool>,
-    unchecked: Unchecked,
+    pub(super) section: Option<bool>,
+    pub(super) unchecked: Unchecked,
     /// How many more times a second log is looked for.
     pub(super) joints: u8,
+    /// How many more times records are looked for within a message whose length is in doubt.
+    pub(super) looks: u16,
     /// What no checksum vouches for.
-    distrusted: Option<Loss>,
+    pub(super) distrusted: Option<Loss>,
 }
 
 /// Bytes of a message before its content.
-const MESSAGE_HEADER: usize = 22;
+pub(super) const MESSAGE_HEADER: usize = 22;
 
 /// Where to go on; `None` at the end.
 pub(super) type Next = Result<Option<u64>, OpenError>;
@@ -78,6 +80,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             section: None,
             unchecked,
             joints: 64,
+            looks: 256,
             distrusted: None,
         })
     }
@@ -235,7 +238,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             return Ok(Some(end));
         }
         // What damaged the record behind it may have begun within it.
-        if !self.could_begin(end)? {
+        if !self.could_begin(end)? && !self.keeps_a_trace(end, log_time)? {
             return self.go_on(at, Some(end));
         }
         let outcome = if prefix.length > MAX_CHUNK {
@@ -269,71 +272,5 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         let length = self.source.length();
         Ok(scan::prefix(&mut self.source, at)?
             .is_none_or(|next| next.is_possible() && (next.end(at) <= length || !self.tail.magic)))
-    }
-
-    /// Whether the data section's checksum does not speak against what only it covers.
-    fn section_agrees(&mut self) -> Result<bool, OpenError> {
-        if let Some(agrees) = self.section {
-            return Ok(agrees);
-        }
-        let agrees = match self.tail.data_end {
-            Some(data_end) => data_section(&mut self.source, data_end)?.unwrap_or(true),
-            None => true,
-        };
-        self.section = Some(agrees);
-        Ok(agrees)
-    }
-
-    /// Reports what the data section's checksum speaks against; whether it is to be left out.
-    fn distrust(
-        &mut self,
-        at: u64,
-        end: u64,
-        span: Option<(u64, u64)>,
-        messages: Option<u64>,
-    ) -> bool {
-        let what = "all that has no checksum of its own";
-        let (why, left_out) = match self.unchecked {
-            Unchecked::LeftOut => (Why::DataSection, true),
-            Unchecked::Used => (Why::Unchecked, false),
-        };
-        let loss = self
-            .distrusted
-            .get_or_insert_with(|| Loss::new(at, 0, what, why));
-        loss.bytes = end.saturating_sub(loss.offset);
-        loss.span = wider(loss.span, span);
-        if let Some(more) = messages.filter(|_| left_out) {
-            loss.messages = Some(loss.messages.unwrap_or_default().saturating_add(more));
-        }
-        left_out
-    }
-
-    /// Reports a loss that nothing else has shown, by the number of messages or else by the checksum
-    /// over everything.
-    fn compare(&mut self) -> Result<(), OpenError> {
-        if self.losses.any() {
-            return Ok(());
-        }
-        let summary = self.tail.summary.as_ref();
-        let read = self.used.messages;
-        match summary.and_then(|summary| summary.messages) {
-            Some(counted) if counted == read => {}
-            Some(counted) => self.losses.add(Loss {
-                messages: counted.checked_sub(read),
-                ..Loss::new(
-                    0,
-                    0,
-                    "the number of messages is wrong",
-                    Why::Count { counted, read },
-                )
-            }),
-            None if self.section_agrees()? => {}
-            None => {
-                let end = self.limit(0);
-                let what = "the data section";
-                self.losses.add(Loss::new(0, end, what, Why::BetweenChunks));
-            }
-        }
-        Ok(())
     }
 }

@@ -6,31 +6,144 @@ use crate::event::OdometrySample;
 use crate::log::channels::ChannelReport;
 use crate::log::messages::Role;
 use crate::log::stamps::Clock;
+use crate::log::strays;
 use crate::log::{LogError, notes};
+
+/// More names of frames on one topic than this are damage in any case.
+const MOST_NAMES: usize = 64;
 
 /// What one topic says of where the robot was.
 #[derive(Debug, Clone)]
 pub struct Odometry {
     pub role: Role,
-    pub world_frame: String,
-    pub robot_frame: String,
-    pub samples: Vec<OdometrySample>,
+    /// Poses by the frames that their messages name, in the order of their first messages.
+    poses: Vec<Named>,
     pub messages: u64,
     pub unstamped: u64,
     pub unusable: u64,
     pub clock: Clock,
 }
 
+#[derive(Debug, Clone)]
+struct Named {
+    world_frame: String,
+    robot_frame: String,
+    samples: Vec<OdometrySample>,
+}
+
+/// Where the robot was, by the one topic that is used.
+#[derive(Debug, Clone)]
+pub struct Chosen {
+    pub topic: String,
+    pub role: Role,
+    pub world_frame: String,
+    pub robot_frame: String,
+    /// In file order.
+    pub samples: Vec<OdometrySample>,
+    pub messages: u64,
+    pub unstamped: u64,
+    pub unusable: u64,
+    pub clock: Clock,
+    /// What was left out, because it names other frames.
+    pub loss: Option<String>,
+    /// That it names several frames and all are used.
+    pub note: Option<String>,
+}
+
+impl Odometry {
+    /// A topic of which no message was taken yet.
+    pub fn new(role: Role) -> Self {
+        Self {
+            role,
+            poses: Vec::new(),
+            messages: 0,
+            unstamped: 0,
+            unusable: 0,
+            clock: Clock::default(),
+        }
+    }
+
+    /// Takes a pose of one frame in another.
+    pub fn take(&mut self, world_frame: &str, robot_frame: &str, sample: OdometrySample) {
+        let is_same = |n: &&mut Named| n.world_frame == world_frame && n.robot_frame == robot_frame;
+        let is_full = self.poses.len() == MOST_NAMES;
+        match self.poses.iter_mut().find(is_same) {
+            Some(known) => known.samples.push(sample),
+            None if is_full => self.unusable += 1,
+            None => self.poses.push(Named {
+                world_frame: world_frame.to_owned(),
+                robot_frame: robot_frame.to_owned(),
+                samples: vec![sample],
+            }),
+        }
+    }
+
+    /// Poses that it has.
+    pub fn len(&self) -> usize {
+        self.poses.iter().map(|named| named.samples.len()).sum()
+    }
+
+    /// The frames that most of its messages name. What only a few name is left out as damaged, and
+    /// what many do is used: a node that was started again with other names.
+    pub fn choose(self, topic: String) -> Option<Chosen> {
+        let all = self.len();
+        let mut poses = self.poses;
+        // Of equally many the first.
+        let most = (0..poses.len())
+            .rev()
+            .max_by_key(|i| poses.get(*i).map(|n| n.samples.len()))?;
+        let named = poses.remove(most);
+        let mut samples = named.samples;
+        let usual = samples.len();
+        let (mut lost, mut lost_names, mut other_names) = (0, Vec::new(), Vec::new());
+        for other in poses {
+            let name = format!("`{}` in `{}`", other.robot_frame, other.world_frame);
+            if strays::is_handful(other.samples.len(), usual) {
+                lost += other.samples.len();
+                lost_names.push(name);
+            } else {
+                samples.extend(other.samples);
+                other_names.push(name);
+            }
+        }
+        let usual_name = format!("`{}` in `{}`", named.robot_frame, named.world_frame);
+        Some(Chosen {
+            loss: (lost > 0).then(|| {
+                format!(
+                    "{lost} of {all} messages on {topic} give the pose of {}, all others that of {usual_name}: \
+                     they are taken for damaged and left out",
+                    strays::few(&lost_names)
+                )
+            }),
+            note: (!other_names.is_empty()).then(|| {
+                format!(
+                    "messages on {topic} give the pose of {usual_name} and of {}; all are taken for one track",
+                    strays::few(&other_names)
+                )
+            }),
+            topic,
+            role: self.role,
+            world_frame: named.world_frame,
+            robot_frame: named.robot_frame,
+            samples,
+            messages: self.messages,
+            unstamped: self.unstamped,
+            unusable: self.unusable,
+            clock: self.clock,
+        })
+    }
+}
+
 impl Gatherer {
     /// The one topic that says where the robot was. One that the configuration describes is meant
-    /// to be used; poses serve where there is no odometry,
-    /// or where the configuration asks for them.
+    /// to be used; poses serve where there is no odometry, or where the configuration asks for them;
+    /// and transforms where there are no poses, or fewer of them.
     pub(super) fn choose_odometry(
         &mut self,
         file: &str,
         config: &Config,
         channels: &mut [ChannelReport],
-    ) -> Result<(String, Odometry), LogError> {
+    ) -> Result<Chosen, LogError> {
         let by_type = config.input.odometry_topics.is_empty();
         if by_type && self.tracks.keys().any(|t| config.channel.contains_key(t)) {
             self.tracks
@@ -39,25 +152,28 @@ impl Gatherer {
         if by_type && self.tracks.values().any(|t| t.role == Role::Odometry) {
             self.tracks.retain(|_, track| track.role == Role::Odometry);
         }
+        if let Some(moving) = self.by_transforms(config, file)? {
+            return Ok(moving);
+        }
         if self.tracks.len() > 1 {
             return Err(LogError::ManyOdometries {
                 file: file.to_owned(),
                 topics: self.tracks.keys().cloned().collect(),
             });
         }
-        let (topic, track) = self
+        let chosen = self
             .tracks
             .pop_first()
-            .filter(|(_, track)| !track.samples.is_empty())
+            .and_then(|(topic, track)| track.choose(topic))
             .ok_or_else(|| LogError::NoOdometry {
                 file: file.to_owned(),
                 asked: config.input.odometry_topics.clone(),
-                found: channels.iter().map(notes::describe).collect(),
+                found: notes::candidates(channels),
             })?;
         for channel in channels {
             let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));
-            channel.used &= !says_where || channel.topic == topic;
+            channel.used &= !says_where || channel.topic == chosen.topic;
         }
-        Ok((topic, track))
+        Ok(chosen)
     }
 }

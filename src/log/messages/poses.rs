@@ -77,6 +77,7 @@ pub fn transforms(message: &Value) -> Result<Content, FieldError> {
 
 fn transform(item: &Value) -> Result<TransformMessage, FieldError> {
     Ok(TransformMessage {
+        stamp_ns: optional_time(item, "header.stamp")?,
         parent: frame(item, "header.frame_id")?,
         child: frame(item, "child_frame_id")?,
         parent_from_child: isometry(item, "transform.translation", "transform.rotation")?,
@@ -96,6 +97,7 @@ pub fn foxglove_transform(message: &Value) -> Result<Content, FieldError> {
 
 fn frame_transform(item: &Value) -> Result<TransformMessage, FieldError> {
     Ok(TransformMessage {
+        stamp_ns: optional_time(item, "timestamp")?,
         parent: frame(item, "parent_frame_id")?,
         child: frame(item, "child_frame_id")?,
         parent_from_child: foxglove_isometry(item, "translation", "rotation")?,
@@ -162,9 +164,12 @@ pub fn rotation(message: &Value, path: &str) -> Result<Option<UnitQuaternion<f64
     Ok(usable(Vector3::zeros(), orientation).map(|pose| pose.rotation))
 }
 
+/// A coordinate beyond this is no place that a robot was at: more than twice round the Earth, metres.
+const FARTHEST: f64 = 1e8;
+
 fn usable(position: Vector3<f64>, orientation: Quaternion<f64>) -> Option<Isometry3<f64>> {
     let norm = orientation.norm();
-    let usable = position.iter().all(|x| x.is_finite()) && norm.is_finite() && norm > 1e-6;
+    let usable = position.iter().all(|x| x.abs() <= FARTHEST) && norm.is_finite() && norm > 1e-6;
     usable.then(|| {
         let turn = UnitQuaternion::from_quaternion(orientation);
         Isometry3::from_parts(position.into(), turn)

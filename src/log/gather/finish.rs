@@ -1,0 +1,191 @@
+//! Puts together what was said.
+
+use super::Gatherer;
+use super::track::Chosen;
+use crate::config::Config;
+use crate::event::Events;
+use crate::log::channels::ChannelReport;
+use crate::log::container::Loss;
+use crate::log::messages::Role;
+use crate::log::sonars::Placing;
+use crate::log::stamps::{self, Clock};
+use crate::log::{Log, LogError, leaps, notes, repeats, strays};
+
+/// A log that can be replayed.
+#[derive(Debug)]
+pub struct Finished {
+    /// It; what was left out is among its losses.
+    pub log: Log,
+    /// What kept sonars out.
+    pub left_out: Vec<LogError>,
+    /// The topic that says where the robot was.
+    pub odometry_topic: String,
+}
+
+/// Why a log cannot be replayed.
+#[derive(Debug)]
+pub struct Stopped {
+    /// What is missing.
+    pub error: LogError,
+    /// What a person should know of the log all the same.
+    notes: Vec<String>,
+}
+
+impl Stopped {
+    /// The error with all that was found before it.
+    pub fn into_error(self, losses: &[Loss]) -> LogError {
+        self.error.noting(self.notes).after(losses)
+    }
+}
+
+impl Gatherer {
+    /// Puts everything together.
+    ///
+    /// # Errors
+    /// When something is missing without which nothing can be replayed.
+    pub fn finish(
+        self,
+        file: String,
+        config: &Config,
+        channels: Vec<ChannelReport>,
+        losses: Vec<Loss>,
+    ) -> Result<Finished, Box<Stopped>> {
+        let mut notes = Vec::new();
+        self.put_together(file, config, channels, losses, &mut notes)
+            .map_err(|error| Box::new(Stopped { error, notes }))
+    }
+
+    fn put_together(
+        mut self,
+        file: String,
+        config: &Config,
+        mut channels: Vec<ChannelReport>,
+        losses: Vec<Loss>,
+        notes: &mut Vec<String>,
+    ) -> Result<Finished, LogError> {
+        notes.append(&mut self.notes);
+        let no_ranges = |channels: &[ChannelReport]| LogError::NoRanges {
+            file: file.clone(),
+            asked: config.input.range_topics.clone(),
+            found: notes::candidates(channels),
+        };
+        if self.crowded {
+            return Err(LogError::TooManySonars { file });
+        }
+        if self.readings.is_empty() && self.hits.is_empty() {
+            return Err(no_ranges(&channels));
+        }
+        let mut odometry = self.choose_odometry(&file, config, &mut channels)?;
+        let robot_frame = config
+            .input
+            .robot_frame
+            .clone()
+            .unwrap_or_else(|| odometry.robot_frame.clone());
+        let unplaced = self.take_hits(config, &robot_frame, &odometry.world_frame, &mut channels);
+        if self.crowded {
+            return Err(LogError::TooManySonars { file });
+        }
+        if self.readings.is_empty() {
+            return Err(unplaced.unwrap_or_else(|| no_ranges(&channels)));
+        }
+        notes.append(&mut self.notes);
+        notes.extend(notes::on_channels(&channels));
+        self.note(config, &channels, &odometry, notes);
+        let mut lost = notes::on_losses(&losses, &channels);
+        lost.extend(odometry.loss.take());
+        lost.extend(strays::take_out(
+            &mut self.sources,
+            &mut self.readings,
+            &self.transforms,
+            config,
+        ));
+        let placing = Placing {
+            file: &file,
+            odometry_topic: &odometry.topic,
+            world_frame: &odometry.world_frame,
+            robot_frame: &robot_frame,
+            transforms: &self.transforms,
+            config,
+        };
+        let placed = placing.place(&self.sources, self.readings, notes)?;
+        let (sonars, mut readings) = (placed.sonars, placed.readings);
+        lost.extend(placed.left_out.iter().map(ToString::to_string));
+        let mut left_out: Vec<LogError> = placed.left_out.into_iter().map(|l| l.why).collect();
+        left_out.extend(unplaced);
+        let mut samples = odometry.samples;
+        samples.sort_by_key(|s| s.stamp_ns);
+        notes.extend(stamps::twins(&readings));
+        let ranges: Vec<&Clock> = self.sources.iter().map(|source| &source.clock).collect();
+        let clock_jump = stamps::jump(&ranges, &odometry.clock)
+            .or_else(|| stamps::returned(&ranges, &odometry.clock));
+        let mut time_notes = Vec::new();
+        time_notes.extend(stamps::skew(&ranges, &odometry.clock));
+        time_notes.extend(stamps::backward(&ranges, &odometry.clock));
+        time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
+        time_notes.extend(leaps::note(&samples, &readings));
+        let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
+        let dropped = config.input.drop_repeats;
+        notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
+        if dropped {
+            let mut repeating = repeating.into_iter();
+            readings.retain(|_| repeating.next() != Some(true));
+        }
+        let log = Log {
+            file,
+            events: Events {
+                sonars,
+                readings,
+                odometry: samples,
+            },
+            messages: self.messages + odometry.messages,
+            losses: lost,
+            channels,
+            notes: std::mem::take(notes),
+            clock_jump,
+            time_notes,
+        };
+        Ok(Finished {
+            log,
+            left_out,
+            odometry_topic: odometry.topic,
+        })
+    }
+
+    /// What a person should know of what is used.
+    fn note(
+        &self,
+        config: &Config,
+        channels: &[ChannelReport],
+        odometry: &Chosen,
+        notes: &mut Vec<String>,
+    ) {
+        let unused = config
+            .channel
+            .keys()
+            .filter(|topic| !channels.iter().any(|c| c.topic == **topic));
+        notes.extend(unused.map(|topic| {
+            format!("the configuration describes channel `{topic}`, which the log does not have")
+        }));
+        let unstamped = self.unstamped + odometry.unstamped;
+        if unstamped > 0 {
+            notes.push(format!(
+                "{unstamped} messages have no stamp in their header; the time they were recorded is taken"
+            ));
+        }
+        if odometry.unusable > 0 {
+            notes.push(format!(
+                "{} odometry messages on {} hold no pose (NaN, farther than 1e8 m, or a quaternion of zero) \
+                 and were left out",
+                odometry.unusable, odometry.topic
+            ));
+        }
+        notes.extend(self.transforms.note());
+        if odometry.role == Role::Pose && config.input.odometry_topics.is_empty() {
+            notes.push(format!(
+                "the log has no odometry; the poses on {} are taken for it",
+                odometry.topic
+            ));
+        }
+        notes.extend(odometry.note.clone());
+    }
+}
