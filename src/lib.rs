@@ -24,6 +24,7 @@ pub mod frames;
 pub mod geometry;
 pub mod golden;
 pub mod info;
+pub mod legible;
 pub mod log;
 pub mod observer;
 pub mod odometry;

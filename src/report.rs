@@ -5,6 +5,7 @@ use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use crate::config::Rule;
+use crate::legible::legible;
 use crate::log::{Log, itemised};
 use crate::observer::Setting;
 use crate::replay::Outcome;
@@ -68,7 +69,7 @@ pub fn problems(log: &Log, outcome: &Outcome) -> String {
             "warning: not one reading is an echo; look at range, min_range and max_range\n",
         );
     }
-    text
+    legible(&text).into_owned()
 }
 
 fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {

@@ -373,3 +373,35 @@ fn a_device_is_no_log() {
     let run = Bench::new().tmam(Path::new("/dev/null"), "replay {}");
     says(&run, 2, &["is a pipe or a device", "write it into a file"]);
 }
+
+#[test]
+fn messages_that_could_not_be_read_are_told_with_the_mounts_they_may_have_held() {
+    let bytes = changed(|mut message| {
+        if message.topic == "/tf_static" {
+            message.data.truncate(message.data.len() - 9);
+        }
+        vec![message]
+    });
+    let words = [
+        "no mounting pose for sonar frame `sonar_00`",
+        "Also:\n  - 1 of 1 messages on /tf_static: ",
+    ];
+    says(&replay(&Bench::new(), &bytes), 2, &words);
+}
+
+#[test]
+fn a_name_does_not_steer_the_terminal() {
+    let bytes = changed(|mut message| {
+        if message.topic.ends_with("sonar_03") {
+            message.data[16..20].copy_from_slice(b"\x1b[2J");
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let path = bench.put("log.mcap", &bytes);
+    let run = bench.tmam(&path, "replay {} --features f");
+    says(&run, 3, &["sonar `\\u001b[2Jr_03`"]);
+    assert!(!run.stderr.contains('\x1b'));
+    let info = bench.tmam(&path, "info {}");
+    assert!(info.stdout.contains("\\u001b[2J") && !info.stdout.contains('\x1b'));
+}

@@ -8,6 +8,7 @@ use super::findings::{Finding, Weight};
 use super::statistics::seconds;
 use super::tables::{channels, clocks, echoes, motion, render, sonars, table};
 use super::{Info, Verdict};
+use crate::legible::legible;
 
 /// Everything, as text.
 pub fn text(info: &Info) -> String {
@@ -37,7 +38,7 @@ pub fn text(info: &Info) -> String {
             skeleton,
         );
     }
-    text
+    legible(&text).into_owned()
 }
 
 /// Writing into a string cannot fail.

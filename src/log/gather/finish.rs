@@ -107,7 +107,14 @@ impl Gatherer {
             transforms: &self.transforms,
             config,
         };
-        let placed = placing.place(&self.sources, self.readings, notes)?;
+        let placed = match placing.place(&self.sources, self.readings, notes) {
+            Ok(placed) => placed,
+            Err(error) => {
+                // Messages that could not be read may have held what is missing.
+                notes.extend(lost.into_iter().skip(losses.len()));
+                return Err(error);
+            }
+        };
         let (sonars, mut readings) = (placed.sonars, placed.readings);
         lost.extend(placed.left_out.iter().map(ToString::to_string));
         let mut left_out: Vec<LogError> = placed.left_out.into_iter().map(|l| l.why).collect();

@@ -1,0 +1,69 @@
+//! Text that may hold names from a log, as a terminal can show it.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+
+/// Longer lines are cut, characters.
+const LONGEST: usize = 4000;
+
+/// The text without what would steer a terminal, and without lines that bury all others.
+///
+/// Control characters are written as TOML writes them (`\u001b`), line ends excepted.
+pub fn legible(text: &str) -> Cow<'_, str> {
+    let is_long = |line: &str| line.chars().nth(LONGEST).is_some();
+    if !text.chars().any(steers) && !text.lines().any(is_long) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::new();
+    for line in text.split_inclusive('\n') {
+        let (line, end) = line.strip_suffix('\n').map_or((line, ""), |l| (l, "\n"));
+        for character in line.chars().take(LONGEST) {
+            if steers(character) {
+                // Writing into a string cannot fail.
+                let _ = write!(shown, "\\u{:04x}", u32::from(character));
+            } else {
+                shown.push(character);
+            }
+        }
+        let more = line.chars().skip(LONGEST).count();
+        if more > 0 {
+            let _ = write!(shown, "... and {more} more characters");
+        }
+        shown.push_str(end);
+    }
+    Cow::Owned(shown)
+}
+
+fn steers(character: char) -> bool {
+    character != '\n' && character.is_control()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_fine_stays_as_it_is() {
+        let text = "sonar `vorn_ä`:\n  - left out\n";
+        assert!(matches!(legible(text), Cow::Borrowed(same) if same == text));
+    }
+
+    #[test]
+    fn names_do_not_steer_a_terminal() {
+        assert_eq!(
+            legible("sonar `\u{1b}[31mred\r\u{9b}2J`\n\n"),
+            "sonar `\\u001b[31mred\\u000d\\u009b2J`\n\n"
+        );
+    }
+
+    #[test]
+    fn a_name_of_a_megabyte_ends() {
+        let text = format!("a\n{}\nb", "x".repeat(1_000_000));
+        let shown = legible(&text);
+        assert!(shown.len() < LONGEST + 100);
+        assert!(
+            shown.ends_with("x... and 996000 more characters\nb"),
+            "{shown}"
+        );
+    }
+}
