@@ -85,6 +85,9 @@ impl From<SerializationError> for Error {
     }
 }
 
+/// What the angle plots are laid out for until the beams are known, radians.
+const USUAL_BEAM_WIDTH: f64 = 0.5;
+
 /// A Rerun recording being written.
 pub struct Recording<W: Write> {
     // Taken at the end; `None` means that the file is closed.
@@ -200,6 +203,20 @@ impl<W: Write> Recording<W> {
             .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
             .transpose()?;
         let lines = Timelines::new(source.start_ns);
+        out.preview(|out| {
+            let layout = Layout {
+                bounds: None,
+                frames: 0,
+                lanes: setting.sonars.len(),
+                sonars: setting.sonars.len(),
+                beam_width: USUAL_BEAM_WIDTH.max(limits.gamma),
+                gate: limits.gate,
+                stamp: lines.stamp,
+                evaluated: evaluated.is_some(),
+                first: None,
+            };
+            blueprint::put(&layout, out)
+        })?;
         if overlay != Overlay::default() {
             overlay.put(&mut out)?;
             overlay.note(setting.sonars, lines, &mut out)?;
@@ -364,7 +381,7 @@ impl<W: Write> Recording<W> {
         let seen = &self.seen;
         plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out_ref)?;
         let layout = Layout {
-            bounds: self.extent.bounds(),
+            bounds: Some(self.extent.bounds()),
             frames: self
                 .span
                 .map_or(0, |(first, last)| last.frame - first.frame + 1),
