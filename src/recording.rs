@@ -15,6 +15,7 @@ mod hold;
 pub mod live;
 mod log;
 mod map;
+mod origin;
 mod overlay;
 mod plots;
 mod robot;
@@ -45,6 +46,7 @@ use self::hold::{Held, Hold};
 use self::live::{Live, LiveError};
 use self::log::LogTable;
 use self::map::MapTables;
+use self::origin::Origin;
 use self::overlay::OverlayTable;
 pub use self::overlay::{Overlay, Sketched};
 use self::plots::Limits;
@@ -174,7 +176,9 @@ impl<W: Write> Recording<W> {
         let source = setting.source;
         let world = evaluated.map(|evaluated| evaluated.truth.world());
         let [recording, blueprint] = store_ids(&setting, world);
-        let mut out = RrdWriter::new(out, viewer, recording, blueprint, source.start_ns)?;
+        let origin = Origin::of(setting.start);
+        let start_ns = source.start_ns;
+        let mut out = RrdWriter::new(out, viewer, recording, blueprint, start_ns, origin)?;
         let limits = Limits {
             gamma: setting.config.triple.gamma,
             gate: setting.config.opinion.gate,
@@ -186,7 +190,12 @@ impl<W: Write> Recording<W> {
                 .with_start_time(source.start_ns),
             &mut out,
         )?;
-        put_static("/about", &about::page(&setting, &overlay.about), &mut out)?;
+        origin.put(&mut out)?;
+        put_static(
+            "/about",
+            &about::page(&setting, &overlay.about, origin),
+            &mut out,
+        )?;
         // A 2D view has y down: turn the world over.
         put_static(
             "/world",
@@ -319,7 +328,7 @@ impl<W: Write> Recording<W> {
             self.marks
                 .push(&ready, &self.overlay, &self.sonars, self.lines, out)?;
         }
-        self.closed.note(step);
+        self.closed.note(step, out.origin());
         self.log.push(at, &step.extractions, self.lines, out)?;
         self.suspects.note(&step.judgements);
         self.map.update(at, step, self.lines, out)
@@ -381,7 +390,7 @@ impl<W: Write> Recording<W> {
         let seen = &self.seen;
         plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out_ref)?;
         let layout = Layout {
-            bounds: Some(self.extent.bounds()),
+            bounds: Some(self.extent.bounds().seen_from(out_ref.origin())),
             frames: self
                 .span
                 .map_or(0, |(first, last)| last.frame - first.frame + 1),

@@ -22,6 +22,7 @@ use rerun::{EntityPath, SerializedComponentColumn, StoreId, Timeline};
 
 use super::Error;
 use super::live::{Live, LiveError};
+use super::origin::Origin;
 
 const COMPRESSION: Compression = Compression::LZ4;
 
@@ -66,6 +67,7 @@ pub struct RrdWriter<W> {
     lost: Option<LiveError>,
     // Whether messages go to the viewer alone.
     previewing: bool,
+    origin: Origin,
     written: u64,
     scratch: Vec<u8>,
     ids: Ids,
@@ -94,12 +96,14 @@ impl<W: Write> RrdWriter<W> {
         recording: StoreId,
         blueprint: StoreId,
         start_ns: i64,
+        origin: Origin,
     ) -> Result<Self, Error> {
         let mut writer = Self {
             out,
             viewer,
             lost: None,
             previewing: false,
+            origin,
             written: 0,
             scratch: Vec::new(),
             ids: Ids {
@@ -129,6 +133,11 @@ impl<W: Write> RrdWriter<W> {
             writer.put(&message.to_transport(COMPRESSION)?)?;
         }
         Ok(writer)
+    }
+
+    /// What places are seen from.
+    pub fn origin(&self) -> Origin {
+        self.origin
     }
 
     /// Shows the viewer, where there is one, a blueprint to go by until the one at the end. The file

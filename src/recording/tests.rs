@@ -119,6 +119,7 @@ fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
         sonars,
         config: &config,
         source: &source,
+        start: Vec2::zeros(),
     };
     let mut tmam = Tmam::new(&config);
     let mut recording = Recording::new(Vec::new(), setting).unwrap();
@@ -318,6 +319,7 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
             sonars: &[],
             config,
             source: &source,
+            start: Vec2::zeros(),
         };
         store_ids(&setting, None)
     };

@@ -84,6 +84,7 @@ mod tests {
             sonars: &sonars,
             config: &Config::default(),
             source: &source,
+            start: crate::geometry::Vec2::zeros(),
         };
         let outcome = Outcome {
             reasons: [
