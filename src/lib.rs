@@ -37,6 +37,7 @@ pub mod scatter;
 pub mod simulate;
 pub mod sweep;
 pub mod tmam;
+pub mod tool;
 pub mod trace;
 pub mod truth;
 pub mod world;

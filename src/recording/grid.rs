@@ -9,10 +9,11 @@ use std::io::Write;
 
 use rerun::TextDocument;
 
+use super::Error;
 use super::encode::RrdWriter;
+use super::names::{fnv1a, named_ids};
 use super::origin::Origin;
 use super::table::put_static;
-use super::{Error, fnv1a, named_ids};
 use crate::sweep::columns::{Column, columns};
 use crate::sweep::{Sweep, json};
 use drawing::Drawing;

@@ -15,6 +15,7 @@ use crate::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::observer::Source;
 use crate::tmam::Tmam;
 use crate::tmam::triple::{Evidence, Verdict};
+use rerun::StoreKind;
 
 /// The room of the paper's Table I.
 const ROOM: [[f64; 2]; 6] = [
