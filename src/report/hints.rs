@@ -52,7 +52,7 @@ pub fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) ->
         let key = format!("sonar.{}.yaw", quoted_part(&sonar.name));
         let mark = if key.contains('"') { "'" } else { "" };
         text.push_str(&format!(
-            "  tmam sweep {named} --set {mark}{key}={low}:{high}:2.5{mark}    and so on, for each sonar\n"
+            "  tmam sweep {named} --set {mark}{key}={low}:{high}:2.5{mark}    # likewise the other sonars\n"
         ));
     }
     Some(text)
