@@ -11,6 +11,7 @@ use crate::replay::Outcome;
 use crate::rounding::{covariance, number, rounded};
 use crate::tmam::arc::ArcId;
 use crate::tmam::feature::{Action, Extraction, MapFeature, Point, Segment, Shape};
+use crate::tool::Tool;
 
 /// The format's name and version.
 pub const SCHEMA: &str = "tmam.features/1";
@@ -24,12 +25,6 @@ struct File<'a> {
     counts: Counts<'a>,
     features: Vec<Feature<'a>>,
     map: Map,
-}
-
-#[derive(Debug, Serialize)]
-struct Tool {
-    name: &'static str,
-    version: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -163,10 +158,7 @@ pub fn write(
     };
     let file = File {
         schema: SCHEMA,
-        tool: Tool {
-            name: "tmam",
-            version: env!("CARGO_PKG_VERSION"),
-        },
+        tool: Tool::THIS,
         source: setting.source,
         config: setting.config,
         counts: Counts {

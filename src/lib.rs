@@ -40,6 +40,7 @@ pub mod schema;
 pub mod simulate;
 pub mod sweep;
 pub mod tmam;
+pub mod tool;
 pub mod trace;
 pub mod truth;
 pub mod world;

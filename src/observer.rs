@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::config::Config;
 use crate::event::Sonar;
 use crate::frames::Frame;
+use crate::geometry::Vec2;
 use crate::tmam::step::Step;
 
 /// Where the events came from: what a reader of an output file must know of its source.
@@ -37,6 +38,8 @@ pub struct Setting<'a> {
     pub config: &'a Config,
     /// The log.
     pub source: &'a Source,
+    /// Where the robot was first, metres in the world; the origin where that is not known.
+    pub start: Vec2,
 }
 
 /// Something that watches a replay and changes nothing in it.

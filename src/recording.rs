@@ -9,12 +9,15 @@ mod closed;
 mod covariance;
 mod decided;
 mod encode;
+mod error;
 mod extent;
 pub mod grid;
 mod hold;
 pub mod live;
 mod log;
 mod map;
+mod names;
+mod origin;
 mod overlay;
 mod plots;
 mod robot;
@@ -30,21 +33,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 use rerun::components::TextLogLevel;
-use rerun::external::re_log_encoding::CodecError;
-use rerun::log::ChunkError;
-use rerun::{
-    ApplicationId, RecordingInfo, Scale3D, SerializationError, StoreId, StoreKind, Transform3D,
-};
+use rerun::{RecordingInfo, Scale3D, Transform3D};
 
 use self::blueprint::Layout;
 use self::closed::ClosedTables;
 use self::decided::DecidedTables;
 use self::encode::RrdWriter;
+pub use self::error::Error;
 use self::extent::Extent;
 use self::hold::{Held, Hold};
 use self::live::{Live, LiveError};
-use self::log::LogTable;
+use self::log::{LogTable, opening};
 use self::map::MapTables;
+use self::names::store_ids;
+use self::origin::Origin;
 use self::overlay::OverlayTable;
 pub use self::overlay::{Overlay, Sketched};
 use self::plots::Limits;
@@ -57,33 +59,9 @@ use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError, Setting};
 use crate::tmam::step::Step;
-use crate::world::World;
 
-/// Why a recording could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// The file could not be written.
-    #[error("cannot write the recording: {0}")]
-    Write(#[from] std::io::Error),
-    /// Rerun would not encode a message.
-    #[error("cannot encode the recording: {0}")]
-    Codec(#[from] CodecError),
-    /// Rerun would not take the rows of an entity.
-    #[error("cannot form a chunk of the recording: {0}")]
-    Chunk(#[from] ChunkError),
-    /// Rerun would not take a component.
-    #[error("cannot form a component of the recording: {0}")]
-    Component(Box<SerializationError>),
-    /// There is no viewer, or it has gone away.
-    #[error(transparent)]
-    Live(#[from] LiveError),
-}
-
-impl From<SerializationError> for Error {
-    fn from(error: SerializationError) -> Self {
-        Self::Component(Box::new(error))
-    }
-}
+/// What the angle plots are laid out for until the beams are known, radians.
+const USUAL_BEAM_WIDTH: f64 = 0.5;
 
 /// A Rerun recording being written.
 pub struct Recording<W: Write> {
@@ -171,7 +149,9 @@ impl<W: Write> Recording<W> {
         let source = setting.source;
         let world = evaluated.map(|evaluated| evaluated.truth.world());
         let [recording, blueprint] = store_ids(&setting, world);
-        let mut out = RrdWriter::new(out, viewer, recording, blueprint, source.start_ns)?;
+        let origin = Origin::of(setting.start);
+        let start_ns = source.start_ns;
+        let mut out = RrdWriter::new(out, viewer, recording, blueprint, start_ns, origin)?;
         let limits = Limits {
             gamma: setting.config.triple.gamma,
             gate: setting.config.opinion.gate,
@@ -183,7 +163,12 @@ impl<W: Write> Recording<W> {
                 .with_start_time(source.start_ns),
             &mut out,
         )?;
-        put_static("/about", &about::page(&setting, &overlay.about), &mut out)?;
+        origin.put(&mut out)?;
+        put_static(
+            "/about",
+            &about::page(&setting, &overlay.about, origin),
+            &mut out,
+        )?;
         // A 2D view has y down: turn the world over.
         put_static(
             "/world",
@@ -200,6 +185,20 @@ impl<W: Write> Recording<W> {
             .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
             .transpose()?;
         let lines = Timelines::new(source.start_ns);
+        out.preview(|out| {
+            let layout = Layout {
+                bounds: None,
+                frames: 0,
+                lanes: setting.sonars.len(),
+                sonars: setting.sonars.len(),
+                beam_width: USUAL_BEAM_WIDTH.max(limits.gamma),
+                gate: limits.gate,
+                stamp: lines.stamp,
+                evaluated: evaluated.is_some(),
+                first: None,
+            };
+            blueprint::put(&layout, out)
+        })?;
         if overlay != Overlay::default() {
             overlay.put(&mut out)?;
             overlay.note(setting.sonars, lines, &mut out)?;
@@ -302,7 +301,7 @@ impl<W: Write> Recording<W> {
             self.marks
                 .push(&ready, &self.overlay, &self.sonars, self.lines, out)?;
         }
-        self.closed.note(step);
+        self.closed.note(step, out.origin());
         self.log.push(at, &step.extractions, self.lines, out)?;
         self.suspects.note(&step.judgements);
         self.map.update(at, step, self.lines, out)
@@ -364,7 +363,7 @@ impl<W: Write> Recording<W> {
         let seen = &self.seen;
         plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out_ref)?;
         let layout = Layout {
-            bounds: self.extent.bounds(),
+            bounds: Some(self.extent.bounds().seen_from(out_ref.origin())),
             frames: self
                 .span
                 .map_or(0, |(first, last)| last.frame - first.frame + 1),
@@ -391,72 +390,4 @@ impl<W: Write> Observer for Recording<W> {
     fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
         self.end(step).map_err(ObserverError::new)
     }
-}
-
-/// What the log says of the source.
-fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
-    let source = setting.source;
-    let start = format!(
-        "start: {}, {} sonar(s), {} messages",
-        source.file,
-        setting.sonars.len(),
-        source.messages
-    );
-    let mut said = vec![(TextLogLevel::INFO, start)];
-    if !source.complete {
-        let lost = source.lost.first().map_or("", String::as_str);
-        let text = match source.lost.len() {
-            0 | 1 => format!("the log is incomplete or damaged: {lost}"),
-            n => format!("the log is incomplete or damaged in {n} places, first {lost}"),
-        };
-        said.push((TextLogLevel::WARN, text));
-    }
-    said
-}
-
-/// How much of a file's name goes into the name of its recordings' application.
-const MAX_STEM: usize = 100;
-
-/// Names for the recording and its blueprint that follow from log and configuration.
-///
-/// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
-/// so each log is its own application. Two configurations over one log are two recordings of it, and
-/// so is one held against a world.
-fn store_ids(setting: &Setting<'_>, world: Option<&World>) -> [StoreId; 2] {
-    let source = setting.source;
-    let mut content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
-    if let Some(world) = world {
-        content.push_str(&serde_json::to_string(world).unwrap_or_default());
-    }
-    let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
-    named_ids("tmam", &source.file, recording)
-}
-
-/// Names for a recording of a kind of a log.
-fn named_ids(kind: &str, file: &str, recording: String) -> [StoreId; 2] {
-    // Other characters are not allowed in an application's name.
-    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-    let stem: String = stem
-        .chars()
-        .map(|c| {
-            if c.is_ascii_alphanumeric() || c == '_' {
-                c
-            } else {
-                '-'
-            }
-        })
-        .take(MAX_STEM)
-        .collect();
-    let application = ApplicationId::new_or_unknown(format!("{kind}-{stem}"));
-    let blueprint = format!("{recording}-blueprint");
-    [
-        StoreId::new(StoreKind::Recording, application.clone(), recording),
-        StoreId::new(StoreKind::Blueprint, application, blueprint),
-    ]
-}
-
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
 }

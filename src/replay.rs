@@ -10,6 +10,7 @@ use crate::config::file::glob_set;
 use crate::config::{Config, Rule, Triple};
 use crate::event::RangeReading;
 use crate::frames::{Frame, Framer, Tally};
+use crate::geometry::Vec2;
 use crate::log::Log;
 use crate::observer::{Observer, ObserverError, Setting, Source};
 use crate::odometry::Track;
@@ -111,6 +112,8 @@ impl<'a> Replay<'a> {
             sonars: &self.log.events.sonars,
             config: &self.config,
             source: &self.source,
+            start: (self.log.events.odometry.first())
+                .map_or_else(Vec2::zeros, |sample| sample.world_from_robot.position()),
         }
     }
 

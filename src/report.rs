@@ -1,5 +1,7 @@
 //! The closing summary of a replay, for a person.
 
+mod hints;
+
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 use std::path::PathBuf;
@@ -17,11 +19,19 @@ use crate::tmam::map::duplicates;
 pub const VIEWER_VERSION: &str = "0.36.3";
 
 /// What a replay came to, the files it wrote and how to open them.
-pub fn closing(setting: &Setting<'_>, outcome: &Outcome, written: &[PathBuf]) -> String {
+///
+/// `named` is the log with the flags of the configuration, as one types them.
+pub fn closing(
+    setting: &Setting<'_>,
+    outcome: &Outcome,
+    named: &str,
+    written: &[PathBuf],
+) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write(&mut text, setting, outcome);
     text.push_str(&self::written(written));
+    text.extend(hints::fitting_neither(setting, outcome, named));
     text
 }
 
@@ -42,7 +52,7 @@ pub fn written(files: &[PathBuf]) -> String {
 }
 
 /// What a person must know of the log: notes, losses, and that there was nothing to judge.
-pub fn problems(log: &Log, outcome: &Outcome) -> String {
+pub fn problems(log: &Log, setting: &Setting<'_>, outcome: &Outcome) -> String {
     let mut text = String::new();
     for note in log.told() {
         let _ = writeln!(text, "note: {note}");
@@ -54,6 +64,9 @@ pub fn problems(log: &Log, outcome: &Outcome) -> String {
             "warning: {} could not be read whole. Lost:{losses}",
             log.file
         );
+    }
+    if let Some(note) = hints::without_effect(setting, outcome) {
+        let _ = writeln!(text, "note: {note}");
     }
     let scatter = outcome.scattering.overall();
     if let Some(scatter) = scatter.filter(|s| s.ratio > 1.0 && !s.is_as_expected()) {

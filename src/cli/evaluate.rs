@@ -86,7 +86,7 @@ impl Args {
             written = outputs.commit()?;
         }
         // A reader that has gone away is no reason to fail: the files are written.
-        let _ = io::stderr().write_all(report::problems(&log, &outcome).as_bytes());
+        let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
         if !self.json {
             let mut text = text::text(&setting, &truth, &evaluation);
             text.push_str(&report::written(&written.files));

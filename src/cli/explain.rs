@@ -107,7 +107,7 @@ impl Args {
             )?;
             (outcome, list.labels > 0)
         };
-        let _ = io::stderr().write_all(report::problems(&log, &outcome).as_bytes());
+        let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
         let judged = judged && setting.source.complete;
         Ok(if judged { DONE } else { INCOMPLETE })
     }

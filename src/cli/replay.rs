@@ -3,7 +3,7 @@
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 
-use super::parameters::Parameters;
+use super::parameters::{Parameters, quoted};
 use crate::error::{DONE, Error, INCOMPLETE};
 use crate::features;
 use crate::log;
@@ -130,12 +130,14 @@ impl Args {
         let written = outputs.commit()?;
 
         // A reader that has gone away is no reason to fail: the files are written.
-        let _ = io::stderr().write_all(report::problems(&log, &outcome).as_bytes());
+        let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
         if let Some(lost) = lost {
             let _ = writeln!(io::stderr(), "warning: {lost}; the file has it all");
         }
         if !self.quiet {
-            let text = report::closing(&setting, &outcome, &written.files);
+            let log = quoted(&self.log.display().to_string());
+            let named = format!("{log}{}", self.parameters.as_typed());
+            let text = report::closing(&setting, &outcome, &named, &written.files);
             let _ = if written.to_stdout {
                 io::stderr().write_all(text.as_bytes())
             } else {

@@ -16,6 +16,7 @@ use crate::config::Config;
 use crate::event::Sonar;
 use crate::observer::{Setting, Source};
 use crate::rounding::{optional, rounded};
+use crate::tool::Tool;
 use crate::world::Reflector;
 
 /// The format's name and version.
@@ -34,12 +35,6 @@ struct Document<'a> {
     map: Map<'a>,
     confirmed: Map<'a>,
     wrong_labels: Vec<WrongLabel<'a>>,
-}
-
-#[derive(Serialize)]
-struct Tool {
-    name: &'static str,
-    version: &'static str,
 }
 
 /// What was held true, and the gates of the matching.
@@ -168,10 +163,7 @@ pub fn write(
     let world = truth.world();
     let document = Document {
         schema: SCHEMA,
-        tool: Tool {
-            name: "tmam",
-            version: env!("CARGO_PKG_VERSION"),
-        },
+        tool: Tool::THIS,
         source: setting.source,
         config: setting.config,
         truth: TruthFields {

@@ -8,6 +8,7 @@ use super::Explanation;
 use super::suspects::Suspects;
 use crate::config::Config;
 use crate::observer::{Setting, Source};
+use crate::tool::Tool;
 
 /// The format of an explanation.
 pub const SCHEMA: &str = "tmam.explanation/1";
@@ -22,12 +23,6 @@ struct File<'a, T> {
     config: &'a Config,
     #[serde(flatten)]
     told: &'a T,
-}
-
-#[derive(Serialize)]
-struct Tool {
-    name: &'static str,
-    version: &'static str,
 }
 
 /// Writes an explanation, pretty, with one newline at its end.
@@ -62,10 +57,7 @@ fn file(
 ) -> Result<(), std::io::Error> {
     let file = File {
         schema,
-        tool: Tool {
-            name: "tmam",
-            version: env!("CARGO_PKG_VERSION"),
-        },
+        tool: Tool::THIS,
         source: setting.source,
         config: setting.config,
         told,

@@ -1,5 +1,6 @@
 //! A log's facts and findings for machines: `tmam.info/1`, described in `docs/formats.md`.
 
+use crate::tool::Tool;
 use std::io::{self, Write};
 
 use serde::Serialize;
@@ -24,12 +25,6 @@ struct Document<'a> {
     odometry: Option<&'a OdometryFacts>,
     findings: &'a [Finding],
     skeleton: Option<&'a str>,
-}
-
-#[derive(Serialize)]
-struct Tool {
-    name: &'static str,
-    version: &'static str,
 }
 
 #[derive(Serialize)]
@@ -82,10 +77,7 @@ pub fn write(out: &mut dyn Write, info: &Info) -> io::Result<()> {
     });
     let document = Document {
         schema: SCHEMA,
-        tool: Tool {
-            name: "tmam",
-            version: env!("CARGO_PKG_VERSION"),
-        },
+        tool: Tool::THIS,
         source: Source {
             file: &info.file,
             messages: info.messages,

@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 
 use rerun::TextDocument;
 
+use super::origin::Origin;
 use crate::config::render::render;
 use crate::observer::Setting;
 
 /// The about page; `overlay` says what is drawn over the run.
-pub fn page(setting: &Setting<'_>, overlay: &str) -> TextDocument {
+pub fn page(setting: &Setting<'_>, overlay: &str, origin: Origin) -> TextDocument {
     let source = setting.source;
     let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
     let mut text = format!(
@@ -20,7 +21,7 @@ pub fn page(setting: &Setting<'_>, overlay: &str) -> TextDocument {
          | stamps | {start} ns to {end} ns ({seconds:.1} s) |\n\
          | messages used | {messages} |\n\
          | sonars | {count} |\n\
-         | made by | tmam {version} |\n\n",
+         | made by | tmam {version} |\n{shifted}\n",
         file = source.file,
         state = if source.complete {
             ""
@@ -32,6 +33,13 @@ pub fn page(setting: &Setting<'_>, overlay: &str) -> TextDocument {
         messages = source.messages,
         count = setting.sonars.len(),
         version = env!("CARGO_PKG_VERSION"),
+        shifted = origin.shift().map_or_else(String::new, |at| {
+            format!(
+                "| origin | **{}, {}** m in the odometry frame: add it to all places in the map here. A \
+                 recording holds seven digits of a place, and the robot started that far out |\n",
+                at.x, at.y
+            )
+        }),
     );
     // Writing to a string cannot fail.
     for loss in source.lost.iter().take(20) {

@@ -11,17 +11,8 @@ use super::style::{self, order, ui};
 use super::table::{Instance, Table, Timelines, put_static};
 use crate::event::Sonar;
 use crate::geometry::Vec2;
-use crate::tmam::arc::Arc;
 use crate::tmam::pair::PairPoint;
 use crate::tmam::triple::{Evidence, Verdict};
-
-/// Widest step along an arc, radians: a chord strays 2 mm from an arc 5 m away.
-const ARC_STEP: f64 = 0.06;
-
-/// A position as the viewer stores it.
-pub fn xy(point: Vec2) -> [f32; 2] {
-    [point.x as f32, point.y as f32]
-}
 
 struct ArcStrip {
     points: Vec<[f32; 2]>,
@@ -103,6 +94,7 @@ impl ArcTables {
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
+        let origin = out.origin();
         let decided = || {
             held.cells
                 .iter()
@@ -111,7 +103,7 @@ impl ArcTables {
         let strips = decided().map(|(arc, verdict)| {
             let sonar = self.sonars.get(arc.id.sonar.index());
             ArcStrip {
-                points: sweep(&arc),
+                points: origin.sweep(&arc),
                 class: style::class(verdict.label),
                 story: story(sonar.map_or("?", String::as_str), &verdict),
             }
@@ -119,14 +111,14 @@ impl ArcTables {
         self.arcs.push(held.moment, strips, lines, out)?;
         let beams = decided().map(|(arc, _)| {
             let ahead = arc.point_at(arc.world_from_sensor.yaw);
-            Beam([xy(arc.center()), xy(ahead)])
+            Beam([arc.center(), ahead].map(|place| origin.xy(place)))
         });
         self.beams.push(held.moment, beams, lines, out)?;
         let touches = |pick: fn(&Evidence) -> Vec<Vec2>| {
             decided()
                 .filter_map(|(_, verdict)| verdict.evidence)
                 .flat_map(move |evidence| pick(&evidence))
-                .map(|point| Touch(xy(point)))
+                .map(move |point| Touch(origin.xy(point)))
         };
         self.contact_points
             .push(held.moment, touches(contact_points), lines, out)?;
@@ -178,16 +170,6 @@ pub fn chi2(x: f64) -> String {
     } else {
         "none in the beam".to_owned()
     }
-}
-
-/// The arc as a strip, right edge to left.
-pub fn sweep(arc: &Arc) -> Vec<[f32; 2]> {
-    let steps = libm::ceil(arc.beam_width / ARC_STEP).clamp(4.0, 120.0) as u32;
-    let right = arc.world_from_sensor.yaw - arc.beam_width / 2.0;
-    (0..=steps)
-        .map(|i| right + arc.beam_width * f64::from(i) / f64::from(steps))
-        .map(|bearing| xy(arc.point_at(bearing)))
-        .collect()
 }
 
 /// Where the common tangents with its neighbours touch the middle arc.

@@ -27,9 +27,9 @@ use super::views::{self, Bound};
 
 /// What the layout depends on.
 pub struct Layout {
-    /// The part of the plane to show.
-    pub bounds: Bounds,
-    /// How many frames there are.
+    /// The part of the plane to show; all that is drawn where not given.
+    pub bounds: Option<Bounds>,
+    /// How many frames there are; 0 where that is not known yet.
     pub frames: i64,
     /// How many label lanes there are.
     pub lanes: usize,

@@ -6,8 +6,8 @@ use std::io::Write;
 use rerun::{Color, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
-use super::arcs::{sweep, xy};
 use super::encode::RrdWriter;
+use super::origin::Origin;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::tmam::arc::{Arc, ArcId};
@@ -96,16 +96,16 @@ impl ClosedTables {
     }
 
     /// Takes in what a step extracted.
-    pub fn note(&mut self, step: &Step) {
+    pub fn note(&mut self, step: &Step, origin: Origin) {
         self.recent
             .extend(step.arcs.iter().map(|arc| (arc.id, *arc)));
         for extraction in &step.extractions {
-            self.draw(extraction);
+            self.draw(extraction, origin);
         }
         self.forget(step);
     }
 
-    fn draw(&mut self, extraction: &Extraction) {
+    fn draw(&mut self, extraction: &Extraction, origin: Origin) {
         let (color, label) = (color(extraction), label(extraction));
         let strip = |points| Strip {
             points,
@@ -116,14 +116,15 @@ impl ClosedTables {
         self.now.arcs.extend(
             associated
                 .filter_map(|id| self.recent.get(id))
-                .map(|arc| strip(sweep(arc))),
+                .map(|arc| strip(origin.sweep(arc))),
         );
         match extraction.shape {
             Some(Shape::Line(segment)) => {
-                self.now.lines.push(strip(segment.ends().map(xy).to_vec()));
+                let ends = segment.ends().map(|end| origin.xy(end));
+                self.now.lines.push(strip(ends.to_vec()));
             }
             Some(Shape::Point(point)) => self.now.points.push(Spot {
-                position: xy(point.position),
+                position: origin.xy(point.position),
                 color,
                 label: label.clone(),
             }),

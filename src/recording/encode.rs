@@ -22,6 +22,7 @@ use rerun::{EntityPath, SerializedComponentColumn, StoreId, Timeline};
 
 use super::Error;
 use super::live::{Live, LiveError};
+use super::origin::Origin;
 
 const COMPRESSION: Compression = Compression::LZ4;
 
@@ -64,6 +65,9 @@ pub struct RrdWriter<W> {
     out: W,
     viewer: Option<Live>,
     lost: Option<LiveError>,
+    // Whether messages go to the viewer alone.
+    previewing: bool,
+    origin: Origin,
     written: u64,
     scratch: Vec<u8>,
     ids: Ids,
@@ -92,11 +96,14 @@ impl<W: Write> RrdWriter<W> {
         recording: StoreId,
         blueprint: StoreId,
         start_ns: i64,
+        origin: Origin,
     ) -> Result<Self, Error> {
         let mut writer = Self {
             out,
             viewer,
             lost: None,
+            previewing: false,
+            origin,
             written: 0,
             scratch: Vec::new(),
             ids: Ids {
@@ -126,6 +133,39 @@ impl<W: Write> RrdWriter<W> {
             writer.put(&message.to_transport(COMPRESSION)?)?;
         }
         Ok(writer)
+    }
+
+    /// What places are seen from.
+    pub fn origin(&self) -> Origin {
+        self.origin
+    }
+
+    /// Shows the viewer, where there is one, a blueprint to go by until the one at the end. The file
+    /// is the same with it and without.
+    pub fn preview(
+        &mut self,
+        blueprint: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        if self.viewer.is_none() {
+            return Ok(());
+        }
+        let count = self.ids.count;
+        self.previewing = true;
+        let drawn = blueprint(self);
+        self.previewing = false;
+        self.ids.count = count;
+        drawn?;
+        let activate = self.activation();
+        self.show(&activate);
+        Ok(())
+    }
+
+    fn activation(&self) -> LogMsg {
+        LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
+            blueprint_id: self.blueprint.id.clone(),
+            make_active: true,
+            make_default: true,
+        })
     }
 
     /// Takes the viewer's error, once it has gone away.
@@ -171,6 +211,9 @@ impl<W: Write> RrdWriter<W> {
         let store_id = self.manifest(store).id.clone();
         let message = LogMsg::ArrowMsg(store_id, chunk.to_arrow_msg()?);
         self.show(&message);
+        if self.previewing {
+            return Ok(());
+        }
         let message = message.to_transport(COMPRESSION)?;
         let uncompressed = message.byte_size_uncompressed();
         let header = MessageHeader::ENCODED_SIZE_BYTES as u64;
@@ -187,11 +230,7 @@ impl<W: Write> RrdWriter<W> {
     /// Puts the blueprint in force, closes the file and gives the writer back, flushed; with the
     /// viewer's error, if it has gone away and [`lost`](Self::lost) has not said so.
     pub fn finish(mut self) -> Result<(W, Option<LiveError>), Error> {
-        let activate = LogMsg::BlueprintActivationCommand(BlueprintActivationCommand {
-            blueprint_id: self.blueprint.id.clone(),
-            make_active: true,
-            make_default: true,
-        });
+        let activate = self.activation();
         self.show(&activate);
         self.put(&activate.to_transport(COMPRESSION)?)?;
         if let Some(Err(error)) = self.viewer.take().map(Live::close) {

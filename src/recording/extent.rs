@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::origin::Origin;
 use crate::geometry::{Pose2, Vec2};
 use crate::tmam::arc::Arc;
 
@@ -24,6 +25,16 @@ pub struct Bounds {
     pub min: Vec2,
     /// Greatest x and y.
     pub max: Vec2,
+}
+
+impl Bounds {
+    /// The same in a recording with such an origin.
+    pub fn seen_from(self, origin: Origin) -> Self {
+        Self {
+            min: origin.local(self.min),
+            max: origin.local(self.max),
+        }
+    }
 }
 
 /// Where the robot and nearly all of its echoes were.

@@ -9,9 +9,11 @@ use std::io::Write;
 
 use rerun::TextDocument;
 
+use super::Error;
 use super::encode::RrdWriter;
+use super::names::{fnv1a, named_ids};
+use super::origin::Origin;
 use super::table::put_static;
-use super::{Error, fnv1a, named_ids};
 use crate::sweep::columns::{Column, columns};
 use crate::sweep::{Sweep, json};
 use drawing::Drawing;
@@ -47,7 +49,7 @@ pub fn write<W: Write>(out: W, sweep: &Sweep) -> Result<(), Error> {
         &sweep.file,
         format!("sweep-{:016x}", fnv1a(&content)),
     );
-    let mut out = RrdWriter::new(out, None, recording, blueprint, 0)?;
+    let mut out = RrdWriter::new(out, None, recording, blueprint, 0, Origin::default())?;
     put_static("/about", &about(sweep), &mut out)?;
     let groups = groups(sweep);
     for (place, picture) in groups.iter().flat_map(|group| &group.pictures).enumerate() {

@@ -10,6 +10,7 @@ use super::encode::RrdWriter;
 use super::style;
 use super::table::{Instance, Moment, Table, Timelines};
 use crate::event::Sonar;
+use crate::observer::Setting;
 use crate::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
 
 /// A line of the event log.
@@ -160,6 +161,27 @@ fn in_words(why: Rejection) -> &'static str {
         Rejection::Misfit => "its readings do not all come from one feature",
         Rejection::Mirrored => "its mirror image at the robot's path fits as well",
     }
+}
+
+/// What the log says of the source.
+pub fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
+    let source = setting.source;
+    let start = format!(
+        "start: {}, {} sonar(s), {} messages",
+        source.file,
+        setting.sonars.len(),
+        source.messages
+    );
+    let mut said = vec![(TextLogLevel::INFO, start)];
+    if !source.complete {
+        let lost = source.lost.first().map_or("", String::as_str);
+        let text = match source.lost.len() {
+            0 | 1 => format!("the log is incomplete or damaged: {lost}"),
+            n => format!("the log is incomplete or damaged in {n} places, first {lost}"),
+        };
+        said.push((TextLogLevel::WARN, text));
+    }
+    said
 }
 
 #[cfg(test)]

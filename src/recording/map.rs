@@ -9,9 +9,9 @@ use rerun::{
 };
 
 use super::Error;
-use super::arcs::xy;
 use super::covariance::{band, ellipse};
 use super::encode::RrdWriter;
+use super::origin::Origin;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
@@ -155,6 +155,7 @@ impl MapTables {
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
+        let origin = out.origin();
         let mut touched = BTreeMap::<u32, [bool; 2]>::new();
         let mut touch = |feature: &MapFeature| {
             let [walls, corners] = touched.entry(feature.id / PAGE).or_default();
@@ -180,15 +181,15 @@ impl MapTables {
         }
         for (page, [walls, corners]) in touched {
             if walls {
-                let row = self.page(page).filter_map(wall).collect();
+                let row = self.page(page).filter_map(|f| wall(f, origin)).collect();
                 self.lines.push(page, at, row, &wall_look(), lines, out)?;
             }
             if corners {
-                let row = self.page(page).filter_map(corner).collect();
+                let row = self.page(page).filter_map(|f| corner(f, origin)).collect();
                 self.points
                     .push(page, at, row, &corner_look(), lines, out)?;
             }
-            let row = self.page(page).map(outline).collect();
+            let row = self.page(page).map(|f| outline(f, origin)).collect();
             self.covariance
                 .push(page, at, row, &outline_look(), lines, out)?;
         }
@@ -227,10 +228,10 @@ impl MapTables {
     }
 }
 
-fn wall(feature: &MapFeature) -> Option<Wall> {
+fn wall(feature: &MapFeature, origin: Origin) -> Option<Wall> {
     match &feature.shape {
         Shape::Line(segment) => Some(Wall {
-            ends: segment.ends().map(xy),
+            ends: segment.ends().map(|end| origin.xy(end)),
             color: color(feature, style::WALL),
             label: label(feature),
         }),
@@ -238,10 +239,10 @@ fn wall(feature: &MapFeature) -> Option<Wall> {
     }
 }
 
-fn corner(feature: &MapFeature) -> Option<Corner> {
+fn corner(feature: &MapFeature, origin: Origin) -> Option<Corner> {
     match &feature.shape {
         Shape::Point(point) => Some(Corner {
-            position: xy(point.position),
+            position: origin.xy(point.position),
             color: color(feature, style::CORNER),
             label: label(feature),
         }),
@@ -267,12 +268,12 @@ fn label(feature: &MapFeature) -> String {
     )
 }
 
-fn outline(feature: &MapFeature) -> Outline {
+fn outline(feature: &MapFeature, origin: Origin) -> Outline {
     let around = match &feature.shape {
         Shape::Line(segment) => band(segment),
         Shape::Point(point) => ellipse(point),
     };
-    Outline(around.into_iter().map(xy).collect())
+    Outline(around.into_iter().map(|p| origin.xy(p)).collect())
 }
 
 fn wall_look() -> LineStrips2D {

@@ -7,7 +7,6 @@ use rerun::components::TextLogLevel;
 use rerun::{LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
-use super::arcs::{sweep, xy};
 use super::encode::RrdWriter;
 use super::hold::{Held, Ready};
 use super::log::LogTable;
@@ -62,6 +61,7 @@ impl Overlay {
 
     /// Writes what holds at all times.
     pub fn put<W: Write>(&self, out: &mut RrdWriter<W>) -> Result<(), Error> {
+        let origin = out.origin();
         for (path, sketched, color, width, above) in [
             (
                 "/world/golden",
@@ -88,14 +88,14 @@ impl Overlay {
             let names = above > order::GOLDEN && sketched.len() <= MOST_NAMES;
             let of = |points: bool| sketched.iter().filter(move |one| one.is_point == points);
             let name = |one: &Sketched| one.name.clone();
-            let lines = LineStrips2D::new(of(false).map(|one| one.ends.map(xy)))
+            let lines = LineStrips2D::new(of(false).map(|one| one.ends.map(|end| origin.xy(end))))
                 .with_labels(of(false).map(name))
                 .with_show_labels(names)
                 .with_colors([color])
                 .with_radii([ui(width)])
                 .with_draw_order(above);
             put_static(format!("{path}/lines"), &lines, out)?;
-            let points = Points2D::new(of(true).map(|one| xy(one.ends[0])))
+            let points = Points2D::new(of(true).map(|one| origin.xy(one.ends[0])))
                 .with_labels(of(true).map(name))
                 .with_show_labels(names)
                 .with_colors([color])
@@ -170,13 +170,14 @@ impl OverlayTable {
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
+        let origin = out.origin();
         let row = |held: &Held| -> Vec<Marked> {
             let arcs = held.cells.iter().filter_map(|cell| cell.arc);
             arcs.filter_map(|arc| {
                 let sonar = sonars.get(arc.id.sonar.index())?;
                 let what = overlay.labels.get(&(arc.id.frame, sonar.name.clone()))?;
                 Some(Marked {
-                    points: sweep(&arc),
+                    points: origin.sweep(&arc),
                     name: format!("{}: {what}", sonar.name),
                 })
             })

@@ -7,8 +7,8 @@ use rerun::datatypes::Quaternion;
 use rerun::{LineStrips2D, SerializationResult, SerializedComponentColumn, Transform3D};
 
 use super::Error;
-use super::arcs::xy;
 use super::encode::RrdWriter;
+use super::origin::Origin;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::event::Sonar;
@@ -17,6 +17,7 @@ use crate::geometry::{Pose2, Vec2, unit};
 /// Radius of a robot whose sonars all sit in its middle, metres.
 const DEFAULT_RADIUS: f64 = 0.15;
 
+/// The pose in the recording's own frame.
 struct Place(Pose2);
 
 impl Instance for Place {
@@ -25,8 +26,8 @@ impl Instance for Place {
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
         let translations = places.iter().map(|place| {
-            let [x, y] = xy(place.0.position());
-            [x, y, 0.0]
+            let at = place.0.position();
+            [at.x as f32, at.y as f32, 0.0]
         });
         let turns = places.iter().map(|place| {
             let half = unit(place.0.yaw / 2.0);
@@ -79,11 +80,14 @@ impl RobotTables {
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
-        self.place.push(at, [Place(pose)], lines, out)?;
+        let origin = out.origin();
         let here = pose.position();
+        let local = origin.local(here);
+        let place = Place(Pose2::new(local.x, local.y, pose.yaw));
+        self.place.push(at, [place], lines, out)?;
         let from = self.before.replace(here).unwrap_or(here);
         self.trajectory
-            .push(at, [Leg([xy(from), xy(here)])], lines, out)
+            .push(at, [Leg([from, here].map(|p| origin.xy(p)))], lines, out)
     }
 
     /// Writes what waits.
@@ -126,10 +130,11 @@ pub fn put_styles<W: Write>(sonars: &[Sonar], out: &mut RrdWriter<W>) -> Result<
         let from = mount.position();
         vec![from, from + unit(mount.yaw) * (0.35 * radius)]
     });
+    let on_robot = Origin::default();
     let strips: Vec<Vec<[f32; 2]>> = [circle, arrow]
         .into_iter()
         .chain(ticks)
-        .map(|strip| strip.into_iter().map(xy).collect())
+        .map(|strip| strip.into_iter().map(|p| on_robot.xy(p)).collect())
         .collect();
     let radii = (0..strips.len()).map(|i| ui(if i < 2 { 2.0 } else { 1.0 }));
     put_static(

@@ -9,9 +9,10 @@ use rerun::components::TextLogLevel;
 use rerun::{LineStrips2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
-use super::arcs::{chi2, story, sweep};
+use super::arcs::{chi2, story};
 use super::encode::RrdWriter;
 use super::log::Message;
+use super::origin::Origin;
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::event::Sonar;
@@ -85,12 +86,14 @@ impl SuspectTables {
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         let (mut strips, mut log) = (Table::new(PATH), Table::new(LOG));
-        let mut shown = false;
+        let (origin, mut shown) = (out.origin(), false);
         for at in &self.frames {
             let mut suspects = self.found.remove(&at.frame).unwrap_or_default();
             suspects.sort_by_key(|judgement| judgement.arc.id);
             if !suspects.is_empty() || shown {
-                let row = suspects.iter().map(|judgement| self.strip(judgement));
+                let row = suspects
+                    .iter()
+                    .map(|judgement| self.strip(judgement, origin));
                 strips.push(*at, row, lines, out)?;
             }
             shown = !suspects.is_empty();
@@ -112,10 +115,10 @@ impl SuspectTables {
         sonar.map_or("?", String::as_str)
     }
 
-    fn strip(&self, judgement: &Judgement) -> Strip {
+    fn strip(&self, judgement: &Judgement, origin: Origin) -> Strip {
         let story = story(self.sonar(judgement), &judgement.verdict);
         Strip {
-            points: sweep(&judgement.arc),
+            points: origin.sweep(&judgement.arc),
             story: format!("{story}; suspect: {}", why(judgement)),
         }
     }

@@ -15,6 +15,7 @@ use crate::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::observer::Source;
 use crate::tmam::Tmam;
 use crate::tmam::triple::{Evidence, Verdict};
+use rerun::StoreKind;
 
 /// The room of the paper's Table I.
 const ROOM: [[f64; 2]; 6] = [
@@ -120,6 +121,7 @@ fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
         sonars,
         config: &config,
         source: &source,
+        start: Vec2::zeros(),
     };
     let mut tmam = Tmam::new(&config);
     let mut recording = Recording::new(Vec::new(), setting).unwrap();
@@ -320,6 +322,7 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
             sonars: &[],
             config,
             source: &source,
+            start: Vec2::zeros(),
         };
         store_ids(&setting, None)
     };

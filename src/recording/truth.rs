@@ -9,9 +9,9 @@ use rerun::components::TextLogLevel;
 use rerun::{LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn, TextDocument};
 
 use super::Error;
-use super::arcs::{sweep, xy};
 use super::encode::RrdWriter;
 use super::log::LogTable;
+use super::origin::Origin;
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::evaluate::map::KindScore;
 use crate::evaluate::matching::nearest_truth;
@@ -108,7 +108,8 @@ impl TruthTables {
             .iter()
             .filter(|arc| arc.is_right() == Some(false));
         let map = &evaluation.map;
-        let (spurious_lines, spurious_points) = spurious(evaluated.map, &map.lines, &map.points);
+        let (spurious_lines, spurious_points) =
+            spurious(evaluated.map, &map.lines, &map.points, out.origin());
         Ok(Self {
             sonars: setting
                 .sonars
@@ -122,7 +123,7 @@ impl TruthTables {
                 })
                 .collect(),
             arcs: Table::new("/world/truth/wrong_labels"),
-            errors: errors(evaluated),
+            errors: errors(evaluated, out.origin()),
             spurious_lines,
             spurious_points,
         })
@@ -137,7 +138,7 @@ impl TruthTables {
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
-        let mut row = Vec::new();
+        let (origin, mut row) = (out.origin(), Vec::new());
         for arc in arcs {
             let Some(wrong) = self.wrong.get(&arc.id) else {
                 continue;
@@ -147,7 +148,7 @@ impl TruthTables {
             let text = format!("wrong label: {sonar} {wrong}");
             log.note(at, TextLogLevel::WARN, text, lines, out)?;
             row.push(Strip {
-                points: sweep(arc),
+                points: origin.sweep(arc),
                 label: format!("{sonar}: {wrong}"),
             });
         }
@@ -198,7 +199,7 @@ should be.
 ";
 
 /// From where each matched feature is to where it should be.
-fn errors(evaluated: Evaluated<'_>) -> Vec<Strip> {
+fn errors(evaluated: Evaluated<'_>, origin: Origin) -> Vec<Strip> {
     let map = &evaluated.evaluation.map;
     let world = evaluated.truth.world();
     let found = map.lines.matches.iter().chain(&map.points.matches);
@@ -213,7 +214,7 @@ fn errors(evaluated: Evaluated<'_>) -> Vec<Strip> {
             places.into_iter().filter_map(move |place| {
                 let truth = nearest_truth(place, found.reflector, world)?;
                 Some(Strip {
-                    points: vec![xy(place), xy(truth)],
+                    points: vec![origin.xy(place), origin.xy(truth)],
                     label: format!("{:.0} mm", (place - truth).norm() * 1e3),
                 })
             })
@@ -222,7 +223,12 @@ fn errors(evaluated: Evaluated<'_>) -> Vec<Strip> {
 }
 
 /// Features of the map that are too many.
-fn spurious(map: &[MapFeature], lines: &KindScore, points: &KindScore) -> (Vec<Strip>, Vec<Dot>) {
+fn spurious(
+    map: &[MapFeature],
+    lines: &KindScore,
+    points: &KindScore,
+    origin: Origin,
+) -> (Vec<Strip>, Vec<Dot>) {
     let reason = |feature: &MapFeature, score: &KindScore| {
         if score.spurious.contains(&feature.id) {
             return Some("spurious".to_owned());
@@ -237,11 +243,11 @@ fn spurious(map: &[MapFeature], lines: &KindScore, points: &KindScore) -> (Vec<S
     for feature in map {
         match &feature.shape {
             Shape::Line(segment) => strips.extend(reason(feature, lines).map(|why| Strip {
-                points: segment.ends().map(xy).to_vec(),
+                points: segment.ends().map(|end| origin.xy(end)).to_vec(),
                 label: format!("line {}: {why}", feature.id),
             })),
             Shape::Point(point) => dots.extend(reason(feature, points).map(|why| Dot {
-                position: xy(point.position),
+                position: origin.xy(point.position),
                 label: format!("point {}: {why}", feature.id),
             })),
         }

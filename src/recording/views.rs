@@ -23,16 +23,17 @@ use super::extent::Bounds;
 /// The map: bounds that fit the run, and the trajectory up to the cursor.
 pub fn map<W: Write>(w: &mut Writer<'_, W>, layout: &Layout) -> Result<(), Error> {
     w.view(Id::Map, "2D", "Map", &["+ /world/**"])?;
-    let Bounds { min, max } = layout.bounds;
-    // The view's y axis points down; the world is drawn flipped, so its bounds are too.
-    w.property(
-        Id::Map,
-        "VisualBounds2D",
-        &VisualBounds2D::new(VisualBounds(Range2D {
-            x_range: [min.x, max.x].into(),
-            y_range: [-max.y, -min.y].into(),
-        })),
-    )?;
+    if let Some(Bounds { min, max }) = layout.bounds {
+        // The view's y axis points down; the world is drawn flipped, so its bounds are too.
+        w.property(
+            Id::Map,
+            "VisualBounds2D",
+            &VisualBounds2D::new(VisualBounds(Range2D {
+                x_range: [min.x, max.x].into(),
+                y_range: [-max.y, -min.y].into(),
+            })),
+        )?;
+    }
     let so_far = |timeline: &str| {
         VisibleTimeRange(datatypes::VisibleTimeRange {
             timeline: timeline.into(),

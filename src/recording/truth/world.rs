@@ -5,7 +5,6 @@ use std::io::Write;
 use rerun::{LineStrips2D, Points2D};
 
 use super::super::Error;
-use super::super::arcs::xy;
 use super::super::encode::RrdWriter;
 use super::super::style::{self, order, ui};
 use super::super::table::put_static;
@@ -41,13 +40,13 @@ fn put_walls<W: Write>(
     which: &[Reflector],
     out: &mut RrdWriter<W>,
 ) -> Result<(), Error> {
-    let mut strips = Vec::new();
+    let (origin, mut strips) = (out.origin(), Vec::new());
     for reflector in which {
         if let Reflector::Line(index) = reflector
             && let Some(wall) = truth.world().walls().get(*index)
         {
             let name = format!("wall {index} ({} echoes)", truth.echoes(*reflector));
-            strips.push(([xy(wall.start), xy(wall.end)], name));
+            strips.push(([wall.start, wall.end].map(|end| origin.xy(end)), name));
         }
     }
     let (strips, names): (Vec<_>, Vec<_>) = strips.into_iter().unzip();
@@ -63,13 +62,13 @@ fn put_points<W: Write>(
     which: &[Reflector],
     out: &mut RrdWriter<W>,
 ) -> Result<(), Error> {
-    let mut dots = Vec::new();
+    let (origin, mut dots) = (out.origin(), Vec::new());
     for reflector in which {
         if let Reflector::Point(index) = reflector
             && let Some(point) = truth.world().points().get(*index)
         {
             let name = format!("point {index} ({} echoes)", truth.echoes(*reflector));
-            dots.push((xy(*point), name));
+            dots.push((origin.xy(*point), name));
         }
     }
     let (dots, names): (Vec<_>, Vec<_>) = dots.into_iter().unzip();
