@@ -79,6 +79,7 @@ mod tests {
             end_ns: 0,
             complete: true,
             lost: Vec::new(),
+            notes: Vec::new(),
         };
         let setting = Setting {
             sonars: &sonars,
