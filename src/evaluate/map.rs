@@ -31,7 +31,7 @@ pub struct KindScore {
     /// are listed here.
     pub duplicates: Vec<(u32, Reflector)>,
     /// Features that are right without being asked for: lines on other parts of a wall that has
-    /// one, points where surveyed walls would meet.
+    /// one.
     pub parts: Vec<u32>,
     /// How far the matched ones are off.
     pub errors: Errors,

@@ -5,9 +5,9 @@ mod target;
 
 use std::collections::BTreeMap;
 
-use self::joints::Joints;
+use self::joints::{Joints, up_to_corners};
 use crate::event::{RangeReading, Return, SonarId};
-use crate::geometry::{Pose2, Vec2};
+use crate::geometry::Pose2;
 use crate::log::truth::RecordedTruth;
 use crate::odometry::Track;
 use crate::replay::Replay;
@@ -137,7 +137,10 @@ impl Truth {
         if is_own {
             truth.take_recorded(replay, recorded)?;
         } else {
+            truth.world = up_to_corners(&truth.world);
             truth.joints = Joints::of(&truth.world);
+            truth.walls_seen = vec![0; truth.world.walls().len()];
+            truth.points_seen = vec![0; truth.world.points().len()];
         }
         truth.see(replay);
         Ok(truth)
@@ -196,12 +199,6 @@ impl Truth {
     /// Whether two surveyed walls are pieces of one.
     pub fn is_one_wall(&self, a: usize, b: usize) -> bool {
         self.joints.is_one_wall(a, b)
-    }
-
-    /// Whether surveyed walls meet within `distance` (metres) of a place, or would if they went on
-    /// a little.
-    pub fn is_corner(&self, place: Vec2, distance: f64) -> bool {
-        self.joints.is_corner(place, distance)
     }
 
     /// How often a wall or point echoed.

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::reflectors;
 use crate::assignment::assign;
-use crate::evaluate::matching::{Comparison, POINT_DISTANCE, TrueLine, compare};
+use crate::evaluate::matching::{Comparison, TrueLine, compare};
 use crate::evaluate::truth::{Origin, Truth};
 use crate::geometry::unit;
 use crate::tmam::feature::{Kind, MapFeature, Segment, Shape};
@@ -79,7 +79,7 @@ impl Pairing {
             }
         }
         let taken: Vec<usize> = pairs.iter().map(|(row, _)| *row).collect();
-        all.sort_leftovers(features, &reflectors, &candidates, taken, truth);
+        all.sort_leftovers(features, &reflectors, &candidates, taken);
         let unpaired = |column: &usize| !pairs.iter().any(|(_, paired)| paired == column);
         for column in (0..reflectors.len()).filter(unpaired) {
             let Some(reflector) = reflectors.get(column) else {
@@ -113,7 +113,6 @@ impl Pairing {
         reflectors: &[Reflector],
         candidates: &[Candidate],
         mut taken: Vec<usize>,
-        truth: &Truth,
     ) {
         let mut nearest: Vec<Candidate> = Vec::new();
         for (row, feature) in features.iter().enumerate() {
@@ -123,7 +122,6 @@ impl Pairing {
             let own = candidates.iter().filter(|c| c.row == row);
             match own.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
                 Some(found) => nearest.push(*found),
-                None if is_corner(&feature.shape, truth) => self.parts.push(feature.id),
                 None => self.spurious.push(feature.id),
             }
         }
@@ -195,14 +193,6 @@ fn is_one_wall(a: Reflector, b: Reflector, truth: &Truth) -> bool {
     match (a, b) {
         (Reflector::Line(a), Reflector::Line(b)) => truth.is_one_wall(a, b),
         _ => false,
-    }
-}
-
-/// Whether a point lies where surveyed walls would meet.
-fn is_corner(shape: &Shape, truth: &Truth) -> bool {
-    match shape {
-        Shape::Point(point) => truth.is_corner(point.position, POINT_DISTANCE),
-        Shape::Line(_) => false,
     }
 }
 

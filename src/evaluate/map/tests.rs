@@ -129,5 +129,6 @@ fn the_corner_of_walls_that_do_not_reach_it_is_a_right_point() {
     let features = [point(0, 2.0, 2.0), point(1, 1.72, 2.0), point(2, 0.0, 2.0)];
     let points = MapScore::new(features.iter(), &walls).points;
     assert_eq!(points.matches.len(), 1);
-    assert_eq!((points.parts, points.spurious), (vec![0], vec![2]));
+    assert_eq!(points.matches[0].feature, 0);
+    assert_eq!(points.spurious, [1, 2], "the walls' surveyed ends are none");
 }

@@ -15,6 +15,11 @@ const CORNER_GAP: f64 = 0.50;
 /// And are turned against each other by at least this, sine of 30 degrees.
 const CORNER_SINE: f64 = 0.5;
 
+/// Places nearer than this are one, metres.
+const SAME_PLACE: f64 = 1e-9;
+/// A corner and what is listed or surveyed as one are at most this far apart, metres.
+const SAME_CORNER: f64 = 0.10;
+
 /// What lies between walls.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Joints {
@@ -22,7 +27,6 @@ pub struct Joints {
     seams: Vec<Option<usize>>,
     // By wall: the first piece of the wall that it is a piece of.
     firsts: Vec<usize>,
-    corners: Vec<Vec2>,
 }
 
 impl Joints {
@@ -31,10 +35,8 @@ impl Joints {
         let walls = world.walls();
         let mut seams = vec![None; world.points().len()];
         let mut firsts: Vec<usize> = (0..walls.len()).collect();
-        let mut corners = Vec::new();
         for (index, wall) in walls.iter().enumerate() {
             for (next, other) in walls.iter().enumerate().skip(index + 1) {
-                corners.extend(corner(wall, other));
                 let ends = seam(wall, other);
                 if let (Some(a), Some(b)) = (firsts.get(index), firsts.get(next)) {
                     let (first, joined) = (*a.min(b), *a.max(b));
@@ -51,11 +53,7 @@ impl Joints {
                 }
             }
         }
-        Self {
-            seams,
-            firsts,
-            corners,
-        }
+        Self { seams, firsts }
     }
 
     /// What echoes for a surveyor of whole walls: where pieces go on, the wall and not their ends.
@@ -77,14 +75,60 @@ impl Joints {
                 .get(a)
                 .is_some_and(|first| self.firsts.get(b) == Some(first))
     }
+}
 
-    /// Whether two walls meet, or would if they went on a little, within `distance` (metres) of a
-    /// place.
-    pub fn is_corner(&self, place: Vec2, distance: f64) -> bool {
-        self.corners
-            .iter()
-            .any(|corner| (corner - place).norm() <= distance)
+/// A surveyed world whose walls end in the corners that they are seen to make. Where a surveyor's
+/// walls end short of each other, the true ones do not, and their ends would echo in the wrong place.
+pub fn up_to_corners(world: &World) -> World {
+    let walls = world.walls();
+    let is_end = |place: &Vec2| {
+        (walls.iter().flat_map(|wall| [wall.start, wall.end]))
+            .any(|end| (end - place).norm() <= SAME_PLACE)
+    };
+    let listed: Vec<Vec2> = (world.points().iter().copied())
+        .filter(|point| !is_end(point))
+        .collect();
+    let mut moved = Vec::new();
+    let mut grown = Vec::new();
+    for (index, wall) in walls.iter().enumerate() {
+        let mut end_of = |from: Vec2, end: Vec2| {
+            let others = walls
+                .iter()
+                .enumerate()
+                .filter(|(other, _)| *other != index);
+            let others: Vec<&Wall> = others.map(|(_, other)| other).collect();
+            let corner = corner_at(from, end, &others)?;
+            moved.push(end);
+            let near = |point: &&Vec2| (**point - corner).norm() <= SAME_CORNER;
+            Some(listed.iter().find(near).copied().unwrap_or(corner))
+        };
+        let start = end_of(wall.end, wall.start).unwrap_or(wall.start);
+        let end = end_of(wall.start, wall.end).unwrap_or(wall.end);
+        grown.push(Wall::new(start, end));
     }
+    let stays = |point: &&Vec2| !moved.iter().any(|end| (end - **point).norm() <= SAME_PLACE);
+    let points = world.points().iter().filter(stays).copied().collect();
+    World::new(grown, points).unwrap_or_else(|_| world.clone())
+}
+
+/// The corner at which a wall ends that was surveyed up to `end`; `None` where it ends there.
+fn corner_at(from: Vec2, end: Vec2, others: &[&Wall]) -> Option<Vec2> {
+    let wall = Wall::new(from, end);
+    let joined = |other: &&&Wall| {
+        [other.start, other.end]
+            .iter()
+            .any(|there| (there - end).norm() <= SAME_PLACE)
+    };
+    if others.iter().any(|other| joined(&other)) {
+        return None;
+    }
+    let along = (end - from).normalize();
+    let beyond = |corner: &Vec2| (corner - end).dot(&along);
+    others
+        .iter()
+        .filter_map(|other| corner(&wall, other))
+        .filter(|corner| (-SAME_CORNER..=CORNER_GAP).contains(&beyond(corner)))
+        .min_by(|a, b| beyond(a).abs().total_cmp(&beyond(b).abs()))
 }
 
 /// The ends at which one wall goes on as the other.
@@ -158,6 +202,26 @@ mod tests {
     }
 
     #[test]
+    fn walls_that_end_short_of_each_other_meet_in_their_corner() {
+        // Short by 30 cm and 20 cm, and a door jamb on the left.
+        let short = world(&[[0.8, 2.0, 1.7, 2.0], [2.0, 2.2, 2.0, 4.0]]);
+        let grown = up_to_corners(&short);
+        let corner = Vec2::new(2.0, 2.0);
+        assert!((grown.walls()[0].end - corner).norm() < 1e-12, "{grown:?}");
+        assert!((grown.walls()[1].start - corner).norm() < 1e-12);
+        assert_eq!(grown.walls()[0].start, Vec2::new(0.8, 2.0));
+        assert_eq!(grown.points().len(), 3, "the false ends are gone");
+        // What is closed, or meets nothing, stays as it is; so does a second pass.
+        assert_eq!(up_to_corners(&World::room()), World::room());
+        assert_eq!(up_to_corners(&grown), grown);
+        // A corner that the surveyor lists is the corner.
+        let listed = World::new(short.walls().to_vec(), vec![Vec2::new(2.02, 1.99)]).unwrap();
+        let grown = up_to_corners(&listed);
+        assert_eq!(grown.walls()[1].start, Vec2::new(2.02, 1.99));
+        assert_eq!(grown.points().len(), 3);
+    }
+
+    #[test]
     fn pieces_that_go_on_in_turn_are_one_wall() {
         let joints = Joints::of(&world(&[
             [0.0, 2.0, 1.0, 2.0],
@@ -171,14 +235,14 @@ mod tests {
 
     #[test]
     fn walls_meet_up_to_half_a_metre_beyond_their_ends() {
-        let is_corner =
-            |walls: &[[f64; 4]]| Joints::of(&world(walls)).is_corner(Vec2::new(2.0, 2.0), 0.01);
-        assert!(is_corner(&[[0.0, 2.0, 1.6, 2.0], [2.0, 2.4, 2.0, 4.0]]));
-        assert!(!is_corner(&[[0.0, 2.0, 1.4, 2.0], [2.0, 2.4, 2.0, 4.0]]));
-        assert!(
-            is_corner(&[[0.0, 2.0, 5.0, 2.0], [2.0, 2.4, 2.0, 4.0]]),
-            "T"
-        );
-        assert!(!is_corner(&[[0.0, 2.0, 1.9, 2.0], [2.1, 2.0, 4.0, 2.0]]));
+        let meets = |walls: &[[f64; 4]]| {
+            let world = world(walls);
+            let corner = corner(&world.walls()[0], &world.walls()[1]);
+            corner.is_some_and(|corner| (corner - Vec2::new(2.0, 2.0)).norm() < 1e-9)
+        };
+        assert!(meets(&[[0.0, 2.0, 1.6, 2.0], [2.0, 2.4, 2.0, 4.0]]));
+        assert!(!meets(&[[0.0, 2.0, 1.4, 2.0], [2.0, 2.4, 2.0, 4.0]]));
+        assert!(meets(&[[0.0, 2.0, 5.0, 2.0], [2.0, 2.4, 2.0, 4.0]]), "T");
+        assert!(!meets(&[[0.0, 2.0, 1.9, 2.0], [2.1, 2.0, 4.0, 2.0]]));
     }
 }
