@@ -61,7 +61,7 @@ fn along(segment: &Segment, wall: &TrueLine, low: f64, high: f64) -> (f64, f64) 
     let axis = unit(segment.theta + std::f64::consts::FRAC_PI_2);
     let way = |place: f64| (wall.at(place) - segment.mid).dot(&axis);
     let (a, b) = (way(low), way(high));
-    let within = |way: f64| way.clamp(-segment.half_length, segment.half_length);
+    let within = |way: f64| way.min(segment.half_length).max(-segment.half_length);
     (within(a.min(b)), within(a.max(b)))
 }
 

@@ -121,7 +121,7 @@ impl<R: Read + Seek> Walker<'_, R> {
         let length = self.source.length();
         if let Some(index) = self.places.at(at).copied() {
             let after = self.places.after(at).map_or(length, |next| next.offset);
-            let next = index.end().min(after).clamp(at + 1, length);
+            let next = index.end().min(after).min(length).max(at + 1);
             let messages = self.indexed_messages(next)?;
             self.losses.add(Loss {
                 span: Some(index.span),

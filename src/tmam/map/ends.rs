@@ -30,7 +30,8 @@ fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
     let middle = segment.mid.dot(&along);
     let length = 2.0 * segment.half_length;
     let longest = LONGEST_CUT.min(LARGEST_SHARE * length);
-    let (mut low, mut high) = (middle - segment.half_length, middle + segment.half_length);
+    let (first, last) = (middle - segment.half_length, middle + segment.half_length);
+    let (mut low, mut high) = (first, last);
     for point in points {
         let spread = normal.dot(&(point.covariance * normal)).max(0.0).sqrt();
         let off = (point.position.dot(&normal) - segment.rho).abs();
@@ -38,10 +39,11 @@ fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
             continue;
         }
         let way = point.position.dot(&along);
-        if way < high && way > high - longest {
-            high = way;
-        } else if way > low && way < low + longest {
-            low = way;
+        // As seen from where the wall ended before: several points must not eat it up.
+        if way < last && way > last - longest {
+            high = high.min(way);
+        } else if way > first && way < first + longest {
+            low = low.max(way);
         }
     }
     let cut = Segment {
@@ -86,6 +88,16 @@ mod tests {
             "{cut:?}"
         );
         assert_eq!((cut.rho, cut.theta), (2.0, FRAC_PI_2));
+    }
+
+    #[test]
+    fn however_many_points_lie_on_it_the_wall_stays() {
+        let points: Vec<Point> = (0..=40)
+            .rev()
+            .map(|k| point(0.1 * f64::from(k), 2.0))
+            .collect();
+        let cut = cut_at(&wall(), &points).unwrap();
+        assert!(cut.half_length > 1.4, "{cut:?}");
     }
 
     #[test]
