@@ -14,6 +14,15 @@ pub fn rounded(x: f64) -> f64 {
     }
 }
 
+/// A number with so many decimals; zero has no sign.
+pub fn fixed(x: f64, decimals: usize) -> String {
+    let text = format!("{x:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| matches!(c, '0' | '.')) => digits.to_owned(),
+        _ => text,
+    }
+}
+
 /// Serialises a rounded number.
 ///
 /// # Errors
@@ -63,6 +72,13 @@ pub fn covariance(m: &Matrix2<f64>) -> [[f64; 2]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_zero_has_no_sign() {
+        assert_eq!(fixed(-0.04, 1), "0.0");
+        assert_eq!(fixed(-0.06, 1), "-0.1");
+        assert_eq!(fixed(f64::INFINITY, 1), "inf");
+    }
 
     #[test]
     fn nine_decimals_and_no_negative_zero() {

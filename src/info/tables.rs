@@ -9,6 +9,7 @@ use super::channels::ChannelFacts;
 use super::motion::OdometryFacts;
 use super::sonars::{MountFacts, SonarFacts};
 use super::statistics::{fraction, median, seconds};
+use crate::rounding::fixed;
 
 /// Widest line, columns.
 const WIDTH: u16 = 100;
@@ -247,25 +248,9 @@ fn optional(x: Option<f64>, decimals: usize) -> String {
     x.map_or_else(|| "-".to_owned(), |x| fixed(x, decimals))
 }
 
-/// A number with so many decimals; zero has no sign.
-fn fixed(x: f64, decimals: usize) -> String {
-    let text = format!("{x:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(digits) if digits.chars().all(|c| matches!(c, '0' | '.')) => digits.to_owned(),
-        _ => text,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_zero_has_no_sign() {
-        assert_eq!(fixed(-0.04, 1), "0.0");
-        assert_eq!(fixed(-0.06, 1), "-0.1");
-        assert_eq!(fixed(f64::INFINITY, 1), "inf");
-    }
 
     #[test]
     fn long_cells_are_wrapped_within_the_width() {

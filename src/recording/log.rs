@@ -11,6 +11,7 @@ use super::style;
 use super::table::{Instance, Moment, Table, Timelines};
 use crate::event::Sonar;
 use crate::observer::Setting;
+use crate::rounding::fixed;
 use crate::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
 
 /// A line of the event log.
@@ -140,12 +141,13 @@ fn describe(extraction: &Extraction, sonar: &str) -> String {
 fn estimate(extraction: &Extraction) -> String {
     let place = match &extraction.shape {
         Some(Shape::Line(line)) => format!(
-            "rho {:.3} m, theta {:.1} deg",
+            "rho {:.3} m, theta {} deg",
             line.rho,
-            line.theta.to_degrees()
+            fixed(line.theta.to_degrees(), 1)
         ),
         Some(Shape::Point(point)) => {
-            format!("x {:.3} m, y {:.3} m", point.position.x, point.position.y)
+            let [x, y] = [point.position.x, point.position.y].map(|place| fixed(place, 3));
+            format!("x {x} m, y {y} m")
         }
         None => return String::new(),
     };
