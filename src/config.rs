@@ -129,7 +129,7 @@ pub struct Triple {
 }
 
 /// Standard deviation of ranges of which nothing is known, metres.
-const SIGMA_UNKNOWN: f64 = 0.01;
+pub const SIGMA_UNKNOWN: f64 = 0.01;
 
 /// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
 /// gives no variance (or one that is not trusted), and on top of either what the pose adds.

@@ -7,7 +7,7 @@ pub use error::ReplayError;
 pub use outcome::Outcome;
 
 use crate::config::file::glob_set;
-use crate::config::{Config, Rule, Triple};
+use crate::config::{Config, Rule, SIGMA_UNKNOWN, Triple};
 use crate::event::RangeReading;
 use crate::frames::{Frame, Framer, Tally};
 use crate::geometry::Vec2;
@@ -88,16 +88,23 @@ impl<'a> Replay<'a> {
         };
         if replay.variance_from == VarianceFrom::Ranges {
             let scatter = replay.scattering().overall();
-            replay.config.noise.sigma_abs = scatter.map(|scatter| scatter.believed());
+            if scatter.is_none() {
+                replay.variance_from = VarianceFrom::Nothing;
+            }
+            let sigma = scatter.map_or(SIGMA_UNKNOWN, |scatter| scatter.believed());
+            replay.config.noise.sigma_abs = Some(sigma);
         }
         Ok(replay)
     }
 
-    /// How far the ranges scatter.
+    /// How far the ranges scatter: those of the whole log, so that what is looked at does not change
+    /// what is seen.
     fn scattering(&self) -> Scattering {
         let mut scattering = Scattering::default();
+        let events = &self.log.events;
+        let every = vec![true; events.sonars.len()];
         // Nothing here can fail.
-        let _ = self.frames(|frame| {
+        let _ = self.frames_of(&events.readings, &every, |frame| {
             let arcs = (frame.entries.iter())
                 .filter_map(|entry| Arc::of_entry(frame.index, entry, &self.config.noise));
             arcs.for_each(|arc| scattering.push(&arc));
@@ -191,13 +198,22 @@ impl<'a> Replay<'a> {
     /// Hands over every frame, in order.
     fn frames(
         &self,
+        take: impl FnMut(&Frame) -> Result<(), ObserverError>,
+    ) -> Result<Tally, ObserverError> {
+        self.frames_of(self.readings, &self.selected, take)
+    }
+
+    fn frames_of(
+        &self,
+        readings: &[RangeReading],
+        selected: &[bool],
         mut take: impl FnMut(&Frame) -> Result<(), ObserverError>,
     ) -> Result<Tally, ObserverError> {
         let events = &self.log.events;
         let track = Track::new(&events.odometry, &self.config.frames)
             .with_range_delay(self.config.input.range_delay);
-        let mut framer = Framer::new(track, &events.sonars, &self.selected, &self.config.frames);
-        for reading in self.readings {
+        let mut framer = Framer::new(track, &events.sonars, selected, &self.config.frames);
+        for reading in readings {
             if let Some(frame) = framer.push(reading) {
                 take(&frame)?;
             }

@@ -138,9 +138,13 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
             "labels that are contradicted: tmam explain --suspects says by what",
         )?;
     }
-    let measured = outcome.variance_from == VarianceFrom::Ranges;
-    if let Some(sigma) = setting.config.noise.sigma_abs.filter(|_| measured) {
-        let what = "measured from the ranges; noise.sigma_abs overrules it";
+    let from = match outcome.variance_from {
+        VarianceFrom::Ranges => Some("measured from the ranges"),
+        VarianceFrom::Nothing => Some("assumed: too little to measure it"),
+        VarianceFrom::Messages | VarianceFrom::Configuration => None,
+    };
+    if let (Some(from), Some(sigma)) = (from, setting.config.noise.sigma_abs) {
+        let what = format!("{from}; noise.sigma_abs overrules it");
         writeln!(text, "{:<10} {:>4.1} mm  {what}", "noise", sigma * 1e3)?;
     }
     write_features(text, setting, outcome)

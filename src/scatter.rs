@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::RangeInclusive;
 
 use crate::config::Config;
-use crate::event::{RangeReading, SonarId};
+use crate::event::{RangeReading, Return, SonarId};
 use crate::geometry::angle_between;
 use crate::tmam::arc::Arc;
 
@@ -72,7 +72,7 @@ impl Scatter {
         };
         let sigma = digits(self.sigma);
         match variance {
-            VarianceFrom::Configuration | VarianceFrom::Ranges => {
+            VarianceFrom::Configuration | VarianceFrom::Ranges | VarianceFrom::Nothing => {
                 format!("set noise.sigma_abs = {sigma}")
             }
             VarianceFrom::Messages if self.ratio > 1.0 => {
@@ -101,14 +101,17 @@ pub enum VarianceFrom {
     Messages,
     /// It is measured.
     Ranges,
+    /// Too little tells of it, so something usual is assumed.
+    Nothing,
 }
 
 impl VarianceFrom {
     /// Of a log's readings under a configuration.
     pub fn of(readings: &[RangeReading], config: &Config) -> Self {
-        let given = |reading: &RangeReading| reading.variance > 0.0;
+        let given = |reading: &RangeReading| reading.variance > 0.0 && reading.variance.is_finite();
         let noise = &config.noise;
-        if noise.trust_variance && readings.iter().all(given) {
+        let mut echoes = readings.iter().filter(|r| r.classify() == Return::Echo);
+        if noise.trust_variance && echoes.all(given) {
             Self::Messages
         } else if noise.sigma_abs.is_none() {
             Self::Ranges

@@ -15,7 +15,10 @@ pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
         return;
     };
     let Scatter { sigma, ratio } = scatter;
-    let measured = outcome.variance_from == VarianceFrom::Ranges;
+    let measured = matches!(
+        outcome.variance_from,
+        VarianceFrom::Ranges | VarianceFrom::Nothing
+    );
     if measured || scatter.is_as_expected() || (ratio < 1.0 && sigma < FINEST) {
         return;
     }
