@@ -1,11 +1,10 @@
 //! What really echoed, and what could be seen at all.
 
-mod joints;
+mod survey;
 mod target;
 
 use std::collections::BTreeMap;
 
-use self::joints::{Joints, up_to_corners};
 use crate::event::{RangeReading, Return, SonarId};
 use crate::geometry::Pose2;
 use crate::log::truth::RecordedTruth;
@@ -89,7 +88,6 @@ pub struct Truth {
     agreeing_range: f64,
     walls_seen: Vec<u64>,
     points_seen: Vec<u64>,
-    joints: Joints,
 }
 
 impl Truth {
@@ -131,14 +129,12 @@ impl Truth {
             agreeing_range,
             walls_seen: vec![0; world.walls().len()],
             points_seen: vec![0; world.points().len()],
-            joints: Joints::default(),
             world,
         };
         if is_own {
             truth.take_recorded(replay, recorded)?;
         } else {
-            truth.world = up_to_corners(&truth.world);
-            truth.joints = Joints::of(&truth.world);
+            truth.world = survey::whole(&truth.world);
             truth.walls_seen = vec![0; truth.world.walls().len()];
             truth.points_seen = vec![0; truth.world.points().len()];
         }
@@ -196,11 +192,6 @@ impl Truth {
         }
     }
 
-    /// Whether two surveyed walls are pieces of one.
-    pub fn is_one_wall(&self, a: usize, b: usize) -> bool {
-        self.joints.is_one_wall(a, b)
-    }
-
     /// How often a wall or point echoed.
     pub fn echoes(&self, reflector: Reflector) -> u64 {
         let seen = match reflector {
@@ -229,7 +220,7 @@ impl Truth {
         {
             None => Target::Other(Other::Nothing),
             Some(echo) if (echo.range - range).abs() <= agreeing => {
-                Target::Reflector(self.joints.whole(echo.reflector))
+                Target::Reflector(echo.reflector)
             }
             Some(_) => Target::Other(Other::Disagrees),
         }

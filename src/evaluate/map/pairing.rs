@@ -86,15 +86,8 @@ impl Pairing {
                 continue;
             };
             let shows = |c: &&Candidate| {
-                let there = (features.get(c.row), reflectors.get(c.column));
-                let (Some(feature), Some(its)) = there else {
-                    return false;
-                };
-                if c.column == column {
-                    shows(&feature.shape, *reflector, truth)
-                } else {
-                    is_one_wall(*its, *reflector, truth)
-                }
+                let feature = features.get(c.row).filter(|_| c.column == column);
+                feature.is_some_and(|feature| shows(&feature.shape, *reflector, truth))
             };
             let best = candidates.iter().filter(shows);
             let best = best.min_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -186,13 +179,6 @@ fn shows(shape: &Shape, reflector: Reflector, truth: &Truth) -> bool {
         }
         // Surveyed walls end near each other in a corner, but not in one place.
         _ => truth.origin() == Origin::EchoModel,
-    }
-}
-
-fn is_one_wall(a: Reflector, b: Reflector, truth: &Truth) -> bool {
-    match (a, b) {
-        (Reflector::Line(a), Reflector::Line(b)) => truth.is_one_wall(a, b),
-        _ => false,
     }
 }
 

@@ -98,10 +98,10 @@ fn a_line_is_every_piece_of_a_wall_that_it_covers() {
     let halves = pieces(&[[-2.0, 2.0, 0.5, 2.0], [0.6, 2.01, 2.0, 2.01]]);
     let whole = [line(0, 2.0, -2.0, 2.0)];
     let lines = MapScore::new(whole.iter(), &halves).lines;
-    assert_eq!(lines.matches.len() + lines.shared.len(), 2);
+    assert_eq!((lines.matches.len(), lines.shared.len()), (1, 0));
     assert!(lines.missed.is_empty() && lines.spurious.is_empty() && lines.duplicates.is_empty());
-    assert!((lines.covered.unwrap() - 1.0).abs() < 1e-6);
-    assert!((lines.overrun.unwrap() - 0.1).abs() < 1e-6, "the gap");
+    assert!((lines.covered.unwrap() - 1.0).abs() < 1e-4);
+    assert!(lines.overrun.unwrap() < 1e-4, "the gap is wall");
 
     // Behind a door is another wall: a line that reaches there by a hand is not that.
     let door = pieces(&[[-2.0, 2.0, 0.5, 2.0], [1.3, 2.0, 3.0, 2.0]]);
@@ -116,11 +116,8 @@ fn a_line_is_every_piece_of_a_wall_that_it_covers() {
 fn where_pieces_go_on_echoes_the_wall_and_no_point() {
     // The gap is where the perpendicular falls.
     let gap = pieces(&[[-2.0, 2.0, -0.05, 2.0], [0.05, 2.0, 2.0, 2.0]]);
-    assert!((0..4).all(|point| gap.echoes(Reflector::Point(point)) == 0));
-    assert_eq!(
-        gap.echoes(Reflector::Line(0)) + gap.echoes(Reflector::Line(1)),
-        3
-    );
+    assert!((0..2).all(|point| gap.echoes(Reflector::Point(point)) == 0));
+    assert_eq!(gap.echoes(Reflector::Line(0)), 3);
 }
 
 #[test]
