@@ -81,7 +81,7 @@ impl<'a> Replay<'a> {
         let mut replay = Self {
             log,
             config: config.clone(),
-            variance_from: VarianceFrom::of(readings, config),
+            variance_from: VarianceFrom::of(readings.iter().filter(is_selected), config),
             source,
             readings,
             selected,
@@ -91,7 +91,8 @@ impl<'a> Replay<'a> {
             if scatter.is_none() {
                 replay.variance_from = VarianceFrom::Nothing;
             }
-            let sigma = scatter.map_or(SIGMA_UNKNOWN, |scatter| scatter.believed());
+            let of_pose = config.noise.sigma_pose * config.noise.sigma_pose;
+            let sigma = scatter.map_or(SIGMA_UNKNOWN, |scatter| scatter.believed(of_pose));
             replay.config.noise.sigma_abs = Some(sigma);
         }
         Ok(replay)

@@ -51,9 +51,12 @@ impl Scatter {
         AS_EXPECTED.contains(&self.ratio)
     }
 
-    /// What the noise is to be taken for, metres.
-    pub fn believed(&self) -> f64 {
-        self.sigma.clamp(*BELIEVED.start(), *BELIEVED.end())
+    /// What the noise is to be taken for, metres, in whole micrometres.
+    /// `besides` is what else adds to it, in variances: what the pose does.
+    pub fn believed(&self, besides: f64) -> f64 {
+        let variance = (self.sigma * self.sigma - besides).max(0.0);
+        let sigma = variance.sqrt().clamp(*BELIEVED.start(), *BELIEVED.end());
+        libm::rint(sigma * 1e6) / 1e6
     }
 
     /// What is wrong, in words.
@@ -107,10 +110,10 @@ pub enum VarianceFrom {
 
 impl VarianceFrom {
     /// Of a log's readings under a configuration.
-    pub fn of(readings: &[RangeReading], config: &Config) -> Self {
+    pub fn of<'a>(readings: impl Iterator<Item = &'a RangeReading>, config: &Config) -> Self {
         let given = |reading: &RangeReading| reading.variance > 0.0 && reading.variance.is_finite();
         let noise = &config.noise;
-        let mut echoes = readings.iter().filter(|r| r.classify() == Return::Echo);
+        let mut echoes = readings.filter(|r| r.classify() == Return::Echo);
         if noise.trust_variance && echoes.all(given) {
             Self::Messages
         } else if noise.sigma_abs.is_none() {

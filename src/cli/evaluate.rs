@@ -52,6 +52,10 @@ pub struct Args {
     parameters: Parameters,
 }
 
+/// Where the truth is another world's.
+const NO_FIT: &str = "warning: hardly a range agrees with the world; is it in the odometry frame, in metres, and \
+of this place?\n";
+
 impl Args {
     pub fn run(self) -> Result<u8, Error> {
         let config = self.parameters.configuration()?;
@@ -96,7 +100,11 @@ impl Args {
                 io::stdout().write_all(text.as_bytes())
             };
         }
-        let judged = setting.source.complete && evaluation.labels.given() > 0;
+        let fits = evaluation.labels.fits_the_world();
+        if !fits {
+            let _ = io::stderr().write_all(NO_FIT.as_bytes());
+        }
+        let judged = setting.source.complete && evaluation.labels.given() > 0 && fits;
         Ok(if judged { DONE } else { INCOMPLETE })
     }
 }

@@ -176,6 +176,14 @@ impl LabelScore {
         }
     }
 
+    /// Whether the world is the one that the robot drove in: more than one arc in twenty comes from
+    /// what is in it.
+    pub fn fits_the_world(&self) -> bool {
+        let labels = [&self.contact, &self.intersection, &self.unidentified];
+        let known: u64 = labels.iter().map(|by| by.line + by.point).sum();
+        self.arcs == 0 || known * 20 > self.arcs
+    }
+
     /// Labels given.
     pub fn given(&self) -> u64 {
         self.contact.total() + self.intersection.total()

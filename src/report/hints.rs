@@ -41,9 +41,10 @@ pub fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) ->
     }
     let share = 100.0 * neither as f64 / triples as f64;
     let mut text = format!(
-        "hint: {share:.0} % of the triples fit neither a wall nor a point, though the ranges scatter no more \
-         than expected.\n\
-         Is the clock of the ranges late, or a sonar mounted otherwise than the log says? The best rows tell:\n  \
+        "hint: {share:.0} % of the triples fit neither a wall nor a point. Targets that change from reading to \
+         reading do that, and outliers;\n\
+         so do a late clock of the ranges and a sonar mounted otherwise than the log says, which would show \
+         here as a clear lead of other values:\n  \
          tmam sweep {named} --set input.range_delay=-0.2:0.3:0.05\n"
     );
     if let Some(sonar) = setting.sonars.first() {

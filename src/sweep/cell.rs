@@ -79,9 +79,15 @@ impl<'a> Runner<'a> {
         }
         // Chi2 compares only where all cells take the ranges to be equally precise.
         let sigma_abs = log.as_ref().and_then(|log| {
-            let replay = Replay::new(log, first).ok()?;
-            replay.config().noise.sigma_abs
+            let replay = Replay::new(log, plan.config).or_else(|_| Replay::new(log, first));
+            replay.ok()?.config().noise.sigma_abs
         });
+        if let Some(sigma) = sigma_abs.filter(|_| first.noise.sigma_abs.is_none()) {
+            about.notes.push(format!(
+                "all cells take the noise to be what the ranges scatter by without the sweep; beside the \
+                 flags of a cell, --set noise.sigma_abs={sigma} gives just that cell"
+            ));
+        }
         if axes.iter().any(Axis::is_of_log) {
             log = None;
         }

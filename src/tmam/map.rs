@@ -107,7 +107,10 @@ impl Map {
         self.put(&settled);
         settled.extend(self.end_walls());
         if self.departures.gather {
-            let gathered = gather::gather(&self.features, arcs, &self.bounds);
+            let gathered = {
+                let ending = self.departures.end_at_corners;
+                gather::gather(&self.features, arcs, &self.bounds, ending)
+            };
             self.put(&gathered);
             settled.extend(gathered);
             settled.extend(self.end_walls());

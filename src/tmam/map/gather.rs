@@ -37,7 +37,13 @@ const AT_FIRST: Reach = Reach {
 };
 
 /// Fits the confirmed features of a map anew to all readings; returns those that changed.
-pub fn gather(features: &[MapFeature], arcs: &[Arc], bounds: &config::Map) -> Vec<MapFeature> {
+/// `ending` walls at their corners in between.
+pub fn gather(
+    features: &[MapFeature],
+    arcs: &[Arc],
+    bounds: &config::Map,
+    ending: bool,
+) -> Vec<MapFeature> {
     let settled = Reach::of(bounds.max_wall_gap);
     let at_first = Reach {
         beyond: settled.beyond,
@@ -66,7 +72,8 @@ pub fn gather(features: &[MapFeature], arcs: &[Arc], bounds: &config::Map) -> Ve
         }
         // A wall that came nearer to its corner may end there now.
         let points = confirmed_points(&gathered);
-        for feature in &mut gathered {
+        let confirmed = |f: &&mut MapFeature| ending && f.status == Status::Confirmed;
+        for feature in gathered.iter_mut().filter(confirmed) {
             feature.shape = ends::cut(feature.shape, &points);
         }
     }

@@ -77,7 +77,12 @@ fn arcs(seed: u64) -> Vec<Arc> {
 }
 
 fn gathered(features: &[MapFeature], arcs: &[Arc]) -> Vec<MapFeature> {
-    gather(features, arcs, &Config::with_rule(Rule::NoiseAware).map)
+    gather(
+        features,
+        arcs,
+        &Config::with_rule(Rule::NoiseAware).map,
+        true,
+    )
 }
 
 fn line(features: &[MapFeature]) -> Segment {
