@@ -1,5 +1,7 @@
 //! One log against its golden file.
 
+use std::path::Path;
+
 use super::artifacts::Artifacts;
 use super::replayed::{Replayed, replay};
 use super::suite::Job;
@@ -22,10 +24,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         Err(error) => return job.report(unusable(&error.into())),
     };
     let (Some(config), Some(blessed)) = (&golden.config, &golden.log) else {
-        return job.report(Verdict::Unusable(format!(
-            "{} was made from no log: it holds results of a Rust test. Bless the log into another directory",
-            job.golden.display()
-        )));
+        return job.report(Verdict::Unusable(of_a_test(&job.golden)));
     };
     let replayed = match replay(&job.log, config) {
         Ok(replayed) => replayed,
@@ -93,6 +92,14 @@ fn without_golden(job: &Job, artifacts: Option<&Artifacts>) -> Report {
     report
 }
 
+/// Why a golden file is none of a log.
+pub fn of_a_test(golden: &Path) -> String {
+    format!(
+        "{} was made from no log: it holds results of a Rust test. Bless the log into another directory",
+        golden.display()
+    )
+}
+
 /// Why a log is no ground to judge on; `None` for a good one.
 pub fn unfit(replayed: &Replayed) -> Option<String> {
     if !replayed.log.losses.is_empty() {
@@ -129,5 +136,23 @@ fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
             unrecorded.join(", ")
         ));
     }
+    let unmeasured = unmeasured(golden);
+    if !unmeasured.is_empty() {
+        notes.push(format!(
+            "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
+             Bless again to record it",
+            unmeasured.join(", ")
+        ));
+    }
     notes
+}
+
+/// Sonars whose mount and mean range nobody holds.
+fn unmeasured(golden: &Golden) -> Vec<&str> {
+    let labels = golden.results.labels.as_ref();
+    let sonars = labels.into_iter().flat_map(|labels| {
+        let names = labels.sonars.keys();
+        names.filter(|name| !labels.measured.contains_key(*name))
+    });
+    sonars.map(String::as_str).collect()
 }

@@ -85,8 +85,7 @@ impl Args {
             return Err(Error::ParametersWithoutBless);
         }
         let with_artifacts = self.artifacts.is_some();
-        let files = ReportFiles::open(self.junit.as_deref(), self.summary.as_deref())?;
-        let suite = Suite::new(Options {
+        let options = Options {
             logs: self.logs,
             golden: self.golden,
             artifacts: self.artifacts,
@@ -97,8 +96,11 @@ impl Args {
             partition: self.partition,
             layers,
             tolerances: self.tolerance,
-        });
-        let suite = match suite {
+        };
+        let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
+        options.refuse_collisions(junit, summary)?;
+        let files = ReportFiles::open(junit, summary)?;
+        let suite = match Suite::new(options) {
             Ok(suite) => suite,
             Err(error) => {
                 files.refuse(&error)?;

@@ -203,11 +203,25 @@ impl From<ConfigError> for Contradiction {
 }
 
 impl File {
+    /// What was made from a log holds all that a log gives: what is not there would not be checked.
+    fn holds_all_of_its_log(&self) -> Result<(), Contradiction> {
+        let absent = match (&self.log, &self.features, &self.labels) {
+            (Some(_), None, _) => "features",
+            (Some(_), _, None) => "labels",
+            _ => return Ok(()),
+        };
+        Err(Contradiction(format!(
+            "it was made from a log, but holds no `{absent}`, which would not be checked. Take the file from \
+             version control, or remove it and bless the log anew"
+        )))
+    }
+
     fn open(self) -> Result<Golden, Contradiction> {
         self.tolerances.check()?;
         if let Some(config) = &self.config {
             check(config)?;
         }
+        self.holds_all_of_its_log()?;
         let labels = self.labels.map(LabelTable::open).transpose()?;
         Ok(Golden {
             tool: self.tool,

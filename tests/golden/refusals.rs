@@ -144,7 +144,7 @@ fn a_report_that_cannot_be_printed_is_no_success() {
 #[test]
 fn a_golden_file_that_makes_no_sense_is_refused() {
     type Change = fn(&mut serde_json::Value);
-    let changes: [(Change, &str); 10] = [
+    let changes: [(Change, &str); 12] = [
         (|f| f["schema"] = "tmam.golden/2".into(), "tmam.golden/2"),
         (|f| f["schema"] = "tmam.features/1".into(), "no golden file"),
         (|f| f["tolerances"]["rho"] = (-1.0).into(), "at least 0"),
@@ -160,6 +160,18 @@ fn a_golden_file_that_makes_no_sense_is_refused() {
             "missing field `theta`",
         ),
         (|f| f["labels"]["contact"] = 1.into(), "are counted"),
+        (
+            |f| {
+                f.as_object_mut().unwrap().remove("labels");
+            },
+            "holds no `labels`",
+        ),
+        (
+            |f| {
+                f.as_object_mut().unwrap().remove("features");
+            },
+            "holds no `features`",
+        ),
         (
             |f| f["labels"]["sonars"]["sonar_04"]["labels"] = "9999999999C".into(),
             "more than",
@@ -197,6 +209,67 @@ fn a_golden_file_that_makes_no_sense_is_refused() {
     let bench = bench_with("room_drive", |_| {});
     bench.put("golden/room_drive.golden.json", b"{\"schema\": \"tmam.gol");
     assert_eq!(said(&bench, &path_of("room_drive.mcap")).0, 2);
+}
+
+#[test]
+fn what_a_golden_file_does_not_hold_is_noted() {
+    let bench = bench_with("room_drive", |file| {
+        let sonar = &mut file["labels"]["sonars"]["sonar_04"];
+        sonar.as_object_mut().unwrap().remove("measured").unwrap();
+    });
+    let (code, text) = said(&bench, &path_of("room_drive.mcap"));
+    assert_eq!(code, 0, "{text}");
+    assert!(
+        text.contains("does not record where sonar_04 is and what it measures"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_golden_file_of_a_rust_test_is_not_overwritten() {
+    let bench = bench_with("rust/corridor", |_| {});
+    let name = "golden/corridor.golden.json";
+    let before = bench.bytes(name);
+    fs::copy(sample("room_drive.mcap"), bench.path("corridor.mcap")).unwrap();
+    let bless = ["check", "corridor.mcap", "--golden", "golden", "--bless"];
+    for arguments in [&bless[..4], &bless] {
+        let run = tmam(&bench, arguments, &[]);
+        assert_eq!(run.code, 2, "{}", run.stdout);
+        assert!(run.stdout.contains("of a Rust test"), "{}", run.stdout);
+    }
+    assert!(bench.bytes(name) == before);
+}
+
+#[test]
+fn a_report_takes_the_place_of_nothing_that_is_read_or_written() {
+    let bench = bench_with("room_drive", |file| {
+        file["map"]["points"][0]["x"] = 77.0.into()
+    });
+    let log = "room_drive.mcap";
+    fs::copy(sample(log), bench.path(log)).unwrap();
+    let golden = "golden/room_drive.golden.json";
+    let before = [log, golden].map(|name| bench.bytes(name));
+    for more in [
+        ["--junit", log, "--summary", "s.md"],
+        ["--junit", "j.xml", "--summary", "golden/../room_drive.mcap"],
+        ["--junit", golden, "--summary", "s.md"],
+        ["--junit", "same", "--summary", "./same"],
+        ["--junit", "./out/room_drive.check.rrd", "--summary", "s.md"],
+        [
+            "--junit",
+            "j.xml",
+            "--summary",
+            "out/room_drive.golden.json.new",
+        ],
+    ] {
+        let mut all = vec!["check", log, "--golden", "golden", "--artifacts", "out"];
+        all.extend(more);
+        let run = tmam(&bench, &all, &[]);
+        assert_eq!(run.code, 2, "{more:?}: {}", run.stdout);
+        assert!(run.stderr.contains("named twice"), "{}", run.stderr);
+        assert!(run.stdout.is_empty(), "nothing was begun: {}", run.stdout);
+    }
+    assert!([log, golden].map(|name| bench.bytes(name)) == before);
 }
 
 #[test]
