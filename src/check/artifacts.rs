@@ -67,7 +67,7 @@ impl Artifacts {
         Ok(Some(new))
     }
 
-    /// Takes away what an earlier run left of a log that passes now.
+    /// Takes away what an earlier run left of a log.
     pub fn clear(&self, job: &Job) {
         for path in self.paths(job) {
             // What is not there need not go.

@@ -6,12 +6,18 @@ use super::artifacts::Artifacts;
 use super::replayed::{Replayed, replay};
 use super::suite::Job;
 use super::{Found, Report, Verdict};
+use crate::config::Config;
 use crate::error::{Error, INCOMPLETE};
 use crate::golden::{Difference, Golden, compare};
-use crate::log::itemised;
+use crate::legible::one_line;
+use crate::log::{self, itemised};
+use crate::replay::ReplayError;
 
 /// Replays a log with the configuration of its golden file and compares.
 pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
+    if let Some(artifacts) = artifacts {
+        artifacts.clear(job);
+    }
     if let Err(source) = std::fs::metadata(&job.log) {
         let path = job.log.clone();
         return job.report(unusable(&Error::Read { path, source }));
@@ -54,17 +60,13 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         Verdict::Differs
     });
     report.notes = notes(&golden, &unrecorded);
-    if let Some(artifacts) = artifacts {
-        if matches {
-            artifacts.clear(job);
-        } else {
-            match artifacts.write(job, &golden, config, &replayed, &comparison) {
-                Ok((files, recording)) => {
-                    report.artifacts = files;
-                    report.recording = Some(recording);
-                }
-                Err(error) => report.verdict = unusable(&error),
+    if let Some(artifacts) = artifacts.filter(|_| !matches) {
+        match artifacts.write(job, &golden, config, &replayed, &comparison) {
+            Ok((files, recording)) => {
+                report.artifacts = files;
+                report.recording = Some(recording);
             }
+            Err(error) => report.verdict = unusable(&error),
         }
     }
     report.found = Some(Found {
@@ -75,21 +77,35 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
     report
 }
 
-/// A log that nobody has blessed yet: nothing to judge, but what would be blessed is kept.
+/// A log that nobody has blessed yet: nothing to judge, but what would be blessed is kept. One that
+/// cannot be read is unusable whoever blesses it.
 fn without_golden(job: &Job, artifacts: Option<&Artifacts>) -> Report {
     let mut report = job.report(Verdict::Nothing(format!(
         "there is no golden file {}; write it with --bless and commit it",
         job.golden.display()
     )));
-    let Some(artifacts) = artifacts else {
-        return report;
+    let kept = match artifacts {
+        Some(artifacts) => artifacts.first(job),
+        None => log::read(&job.log, &Config::default())
+            .map(|_| None)
+            .map_err(Error::from),
     };
-    match artifacts.first(job) {
-        Ok(Some(new)) => report.artifacts.push(new),
-        Ok(None) => {}
+    match kept {
+        Ok(new) => report.artifacts.extend(new),
+        Err(error) if wants_configuration(&error) => report.notes.push(format!(
+            "the default configuration does not do for this log, so give what it needs with --bless: {error}"
+        )),
         Err(error) => report.verdict = unusable(&error),
     }
     report
+}
+
+fn wants_configuration(error: &Error) -> bool {
+    match error {
+        Error::Log(error) => error.wants_configuration(),
+        Error::Replay(error) => !matches!(error, ReplayError::Observer(_)),
+        _ => false,
+    }
 }
 
 /// Why a golden file is none of a log.
@@ -141,7 +157,7 @@ fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
         notes.push(format!(
             "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
              Bless again to record it",
-            unmeasured.join(", ")
+            one_line(&unmeasured.join(", "))
         ));
     }
     notes

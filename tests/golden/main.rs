@@ -15,6 +15,7 @@ mod support;
 mod diff;
 mod harmless;
 mod mutations;
+mod names;
 mod noise_aware_mutations;
 mod refusals;
 mod reports;

@@ -207,6 +207,15 @@ fn a_golden_file_that_makes_no_sense_is_refused() {
         assert!(bench.bytes("golden/room_drive.golden.json") == before);
     }
     let bench = bench_with("room_drive", |_| {});
+    let name = "golden/room_drive.golden.json";
+    let text = String::from_utf8(bench.bytes(name)).unwrap();
+    let twice = text.replace("\"sonar_05\":", "\"sonar_04\":");
+    assert!(twice != text);
+    bench.put(name, twice);
+    let (code, text) = said(&bench, &path_of("room_drive.mcap"));
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("sonar `sonar_04` is there twice"), "{text}");
+    let bench = bench_with("room_drive", |_| {});
     bench.put("golden/room_drive.golden.json", b"{\"schema\": \"tmam.gol");
     assert_eq!(said(&bench, &path_of("room_drive.mcap")).0, 2);
 }
