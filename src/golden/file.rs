@@ -210,8 +210,7 @@ impl File {
             _ => return Ok(()),
         };
         Err(Contradiction(format!(
-            "it was made from a log, but holds no `{absent}`, which would not be checked. Take the file from \
-             version control, or remove it and bless the log anew"
+            "it was made from a log, but holds no `{absent}`, so they would not be checked"
         )))
     }
 
