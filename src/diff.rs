@@ -76,8 +76,15 @@ pub fn pair(a: &Path, b: Option<&Path>, terms: &Terms) -> Result<Pair, Error> {
     {
         notes.push("the two come from logs with different events".to_owned());
     }
-    if a.results.labels.is_none() || b.results.labels.is_none() {
-        notes.push("labels are not compared: features files hold none".to_owned());
+    let without: Vec<String> = [&a, &b]
+        .into_iter()
+        .filter(|side| side.results.labels.is_none())
+        .map(|side| side.path.display().to_string())
+        .collect();
+    match without.as_slice() {
+        [] => {}
+        [one] => notes.push(format!("labels are not compared: {one} holds none")),
+        _ => notes.push("labels are not compared: neither side holds any".to_owned()),
     }
     Ok(Pair { a, b, notes })
 }

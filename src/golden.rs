@@ -49,3 +49,4 @@ pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
 pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, Results};
 pub use text::{counts, describe, in_frames};
 pub use tolerance::{Tolerance, ToleranceError};
+pub use unrecorded::unrecorded;

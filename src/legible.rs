@@ -34,6 +34,23 @@ pub fn legible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
+/// One line of a text that is printed where commands are looked for.
+///
+/// Line ends are written as other control characters are. A line that begins with `::`, or holds `##`,
+/// is a command to the runners of CI services: these two are written so that it is none.
+pub fn one_line(text: &str) -> String {
+    let text = text.replace('\n', "\\u000a").replace("##", "\\u0023#");
+    let begins = text.trim_start().strip_prefix("::").map(str::len);
+    let text = match begins {
+        Some(rest) => format!(
+            "\\u003a:{}",
+            text.get(text.len() - rest..).unwrap_or_default()
+        ),
+        None => text,
+    };
+    legible(&text).into_owned()
+}
+
 fn steers(character: char) -> bool {
     character != '\n' && character.is_control()
 }
@@ -54,6 +71,14 @@ mod tests {
             legible("sonar `\u{1b}[31mred\r\u{9b}2J`\n\n"),
             "sonar `\\u001b[31mred\\u000d\\u009b2J`\n\n"
         );
+    }
+
+    #[test]
+    fn a_name_is_no_command_and_no_line_of_its_own() {
+        assert_eq!(one_line("a\n::error::b\u{1b}"), "a\\u000a::error::b\\u001b");
+        assert_eq!(one_line(" ::error::b"), "\\u003a:error::b");
+        assert_eq!(one_line("a ##[error]b"), "a \\u0023#[error]b");
+        assert_eq!(one_line("a: b::c # d"), "a: b::c # d");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The set of files that a replay writes.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::output::{Output, OutputError, is_stdout};
@@ -80,7 +81,7 @@ impl Requested {
             &self.trace,
             &self.evaluation,
         ];
-        refuse_collisions(log, &named.map(Option::as_deref))?;
+        refuse_collisions(&[log], &named.map(Option::as_deref))?;
         let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
         Ok(Outputs {
             recording: create(self.recording)?,
@@ -91,37 +92,36 @@ impl Requested {
     }
 }
 
-/// Refuses outputs in one file, or in the log's place.
+/// Refuses outputs in one file, or in the place of a file that is read.
 ///
 /// # Errors
 /// The file that is named twice.
-pub fn refuse_collisions(log: &Path, outputs: &[Option<&Path>]) -> Result<(), OutputsError> {
-    let mut taken = vec![place(log)];
+pub fn refuse_collisions(inputs: &[&Path], outputs: &[Option<&Path>]) -> Result<(), OutputsError> {
+    let mut taken: BTreeSet<PathBuf> = inputs.iter().map(|path| place(path)).collect();
     for path in outputs.iter().copied().flatten() {
         let place = place(path);
         // What is no file can be written to twice.
         let is_file = !path.exists() || path.is_file();
-        if is_file && taken.contains(&place) {
+        if !taken.insert(place) && is_file {
             return Err(OutputsError::NamedTwice {
                 path: path.to_owned(),
             });
         }
-        taken.push(place);
     }
     Ok(())
 }
 
-/// Where a path leads, also before there is a file.
+/// Where a path leads, also before there is a file, or a directory for it.
 fn place(path: &Path) -> PathBuf {
-    let absolute = || std::path::absolute(path).ok();
-    path.canonicalize()
-        .ok()
-        .or_else(|| {
-            let absolute = absolute()?;
-            let directory = absolute.parent()?.canonicalize().ok()?;
-            Some(directory.join(absolute.file_name()?))
-        })
-        .unwrap_or_else(|| path.to_owned())
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let there = |part: &Path| {
+        let rest = absolute.strip_prefix(part).ok()?;
+        Some(part.canonicalize().ok()?.join(rest))
+    };
+    absolute
+        .ancestors()
+        .find_map(there)
+        .unwrap_or_else(|| absolute.clone())
 }
 
 fn named_after(log: &Path, extension: &str) -> PathBuf {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::text::sections;
 use super::{Report, Verdict};
+use crate::legible::legible;
 
 /// The service shows so many per step.
 const MOST: usize = 10;
@@ -22,7 +23,8 @@ pub fn annotations(reports: &[Report], strict: bool) -> String {
             ));
             messages(report, strict)
                 .iter()
-                .map(|message| format!("::error file={file},title={title}::{}", data(message)))
+                .map(|message| data(&legible(message)))
+                .map(|message| format!("::error file={file},title={title}::{message}"))
                 .collect()
         })
         .collect();
@@ -67,11 +69,16 @@ fn chosen(of_logs: &[Vec<String>]) -> Vec<String> {
 
 fn messages(report: &Report, strict: bool) -> Vec<String> {
     match (&report.verdict, &report.found) {
-        (Verdict::Differs, Some(found)) => {
-            let sections = sections(found, report.recording.as_deref(), strict);
-            sections.into_iter().flat_map(|(_, lines)| lines).collect()
+        (Verdict::Matches | Verdict::Blessed | Verdict::Unchanged, _) => Vec::new(),
+        // What differs is told where it could not be kept for people, too.
+        (verdict, found) => {
+            let sections = found
+                .as_ref()
+                .map(|found| sections(found, report.recording.as_deref(), strict));
+            let reason = verdict.reason().map(str::to_owned);
+            let lines = sections.into_iter().flatten().flat_map(|(_, lines)| lines);
+            reason.into_iter().chain(lines).collect()
         }
-        (verdict, _) => verdict.reason().map(str::to_owned).into_iter().collect(),
     }
 }
 
@@ -82,7 +89,7 @@ fn data(text: &str) -> String {
 }
 
 fn property(text: &str) -> String {
-    data(text).replace(':', "%3A").replace(',', "%2C")
+    data(&legible(text)).replace(':', "%3A").replace(',', "%2C")
 }
 
 #[cfg(test)]

@@ -67,7 +67,7 @@ impl Artifacts {
         Ok(Some(new))
     }
 
-    /// Takes away what an earlier run left of a log that passes now.
+    /// Takes away what an earlier run left of a log.
     pub fn clear(&self, job: &Job) {
         for path in self.paths(job) {
             // What is not there need not go.
@@ -76,13 +76,18 @@ impl Artifacts {
     }
 
     fn paths(&self, job: &Job) -> [PathBuf; 2] {
-        let stem = job.log.file_stem().unwrap_or(job.log.as_os_str());
-        [".golden.json.new", ".check.rrd"].map(|extension| {
-            let mut name = stem.to_owned();
-            name.push(extension);
-            self.directory.join(name)
-        })
+        artifacts_of(&job.log, &self.directory)
     }
+}
+
+/// The files that may be kept of a log: the golden file that it would get, and the recording.
+pub fn artifacts_of(log: &Path, directory: &Path) -> [PathBuf; 2] {
+    let stem = log.file_stem().unwrap_or(log.as_os_str());
+    [".golden.json.new", ".check.rrd"].map(|extension| {
+        let mut name = stem.to_owned();
+        name.push(extension);
+        directory.join(name)
+    })
 }
 
 fn write_new(

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use super::judge::{unfit, unusable};
+use super::judge::{of_a_test, unfit, unusable};
 use super::replayed::replay;
 use super::suite::{Job, Options};
 use super::{Found, Report, Verdict};
@@ -26,6 +26,12 @@ fn try_bless(job: &Job, options: &Options) -> Result<Report, Error> {
         true => Some(Golden::read(&job.golden)?.0),
         false => None,
     };
+    if old
+        .as_ref()
+        .is_some_and(|old| old.log.is_none() || old.config.is_none())
+    {
+        return Ok(job.report(Verdict::Unusable(of_a_test(&job.golden))));
+    }
     let recorded = old.as_ref().and_then(|old| old.config.clone());
     let config = layered(recorded.unwrap_or_default(), &options.layers)?;
     let config = as_recorded(&config)?;

@@ -1,15 +1,23 @@
 //! One log against its golden file.
 
+use std::path::Path;
+
 use super::artifacts::Artifacts;
 use super::replayed::{Replayed, replay};
 use super::suite::Job;
 use super::{Found, Report, Verdict};
+use crate::config::Config;
 use crate::error::{Error, INCOMPLETE};
 use crate::golden::{Difference, Golden, compare};
-use crate::log::itemised;
+use crate::legible::one_line;
+use crate::log::{self, itemised};
+use crate::replay::ReplayError;
 
 /// Replays a log with the configuration of its golden file and compares.
 pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
+    if let Some(artifacts) = artifacts {
+        artifacts.clear(job);
+    }
     if let Err(source) = std::fs::metadata(&job.log) {
         let path = job.log.clone();
         return job.report(unusable(&Error::Read { path, source }));
@@ -22,10 +30,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         Err(error) => return job.report(unusable(&error.into())),
     };
     let (Some(config), Some(blessed)) = (&golden.config, &golden.log) else {
-        return job.report(Verdict::Unusable(format!(
-            "{} was made from no log: it holds results of a Rust test. Bless the log into another directory",
-            job.golden.display()
-        )));
+        return job.report(Verdict::Unusable(of_a_test(&job.golden)));
     };
     let replayed = match replay(&job.log, config) {
         Ok(replayed) => replayed,
@@ -55,17 +60,13 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         Verdict::Differs
     });
     report.notes = notes(&golden, &unrecorded);
-    if let Some(artifacts) = artifacts {
-        if matches {
-            artifacts.clear(job);
-        } else {
-            match artifacts.write(job, &golden, config, &replayed, &comparison) {
-                Ok((files, recording)) => {
-                    report.artifacts = files;
-                    report.recording = Some(recording);
-                }
-                Err(error) => report.verdict = unusable(&error),
+    if let Some(artifacts) = artifacts.filter(|_| !matches) {
+        match artifacts.write(job, &golden, config, &replayed, &comparison) {
+            Ok((files, recording)) => {
+                report.artifacts = files;
+                report.recording = Some(recording);
             }
+            Err(error) => report.verdict = unusable(&error),
         }
     }
     report.found = Some(Found {
@@ -76,21 +77,43 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
     report
 }
 
-/// A log that nobody has blessed yet: nothing to judge, but what would be blessed is kept.
+/// A log that nobody has blessed yet: nothing to judge, but what would be blessed is kept. One that
+/// cannot be read is unusable whoever blesses it.
 fn without_golden(job: &Job, artifacts: Option<&Artifacts>) -> Report {
     let mut report = job.report(Verdict::Nothing(format!(
         "there is no golden file {}; write it with --bless and commit it",
         job.golden.display()
     )));
-    let Some(artifacts) = artifacts else {
-        return report;
+    let kept = match artifacts {
+        Some(artifacts) => artifacts.first(job),
+        None => log::read(&job.log, &Config::default())
+            .map(|_| None)
+            .map_err(Error::from),
     };
-    match artifacts.first(job) {
-        Ok(Some(new)) => report.artifacts.push(new),
-        Ok(None) => {}
+    match kept {
+        Ok(new) => report.artifacts.extend(new),
+        Err(error) if wants_configuration(&error) => report.notes.push(format!(
+            "the default configuration does not do for this log, so give what it needs with --bless: {error}"
+        )),
         Err(error) => report.verdict = unusable(&error),
     }
     report
+}
+
+fn wants_configuration(error: &Error) -> bool {
+    match error {
+        Error::Log(error) => error.wants_configuration(),
+        Error::Replay(error) => !matches!(error, ReplayError::Observer(_)),
+        _ => false,
+    }
+}
+
+/// Why a golden file is none of a log.
+pub fn of_a_test(golden: &Path) -> String {
+    format!(
+        "{} was made from no log: it holds results of a Rust test. Bless the log into another directory",
+        golden.display()
+    )
 }
 
 /// Why a log is no ground to judge on; `None` for a good one.
@@ -129,5 +152,23 @@ fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
             unrecorded.join(", ")
         ));
     }
+    let unmeasured = unmeasured(golden);
+    if !unmeasured.is_empty() {
+        notes.push(format!(
+            "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
+             Bless again to record it",
+            one_line(&unmeasured.join(", "))
+        ));
+    }
     notes
+}
+
+/// Sonars whose mount and mean range nobody holds.
+fn unmeasured(golden: &Golden) -> Vec<&str> {
+    let labels = golden.results.labels.as_ref();
+    let sonars = labels.into_iter().flat_map(|labels| {
+        let names = labels.sonars.keys();
+        names.filter(|name| !labels.measured.contains_key(*name))
+    });
+    sonars.map(String::as_str).collect()
 }

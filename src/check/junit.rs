@@ -181,16 +181,18 @@ fn clean(text: &str) -> String {
 
 fn cases(report: &Report, strict: bool) -> Vec<Case> {
     let case = |name, outcome| Case { name, outcome };
-    if let Some(reason) = report.verdict.reason() {
+    let error = report.verdict.reason().map(|reason| {
         let outcome = Outcome::Error(report.verdict.name(), reason.to_owned());
-        return vec![case("replay", outcome)];
-    }
+        // Where the comparison is there, what failed came after it.
+        let name = report.found.as_ref().map_or("replay", |_| "artefacts");
+        case(name, outcome)
+    });
     let Some(found) = report
         .found
         .as_ref()
         .filter(|_| report.verdict != Verdict::Blessed)
     else {
-        return vec![case("golden file", Outcome::Passed)];
+        return vec![error.unwrap_or_else(|| case("golden file", Outcome::Passed))];
     };
     let sections = sections(found, report.recording.as_deref(), strict);
     let mut kinds = vec!["log", "sonars", "map", "extracted features", "labels"];
@@ -201,11 +203,9 @@ fn cases(report: &Report, strict: bool) -> Vec<Case> {
         let heads = sections.iter().filter(|(head, _)| head.starts_with(kind));
         heads.flat_map(|(_, lines)| lines.clone()).collect()
     };
-    kinds
-        .into_iter()
-        .map(|kind| match of(kind) {
-            lines if lines.is_empty() => case(kind, Outcome::Passed),
-            lines => case(kind, Outcome::Failed(lines)),
-        })
-        .collect()
+    let of_kinds = kinds.into_iter().map(|kind| match of(kind) {
+        lines if lines.is_empty() => case(kind, Outcome::Passed),
+        lines => case(kind, Outcome::Failed(lines)),
+    });
+    of_kinds.chain(error).collect()
 }

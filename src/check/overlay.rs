@@ -22,7 +22,10 @@ pub fn overlay(
     around: Option<u32>,
 ) -> Overlay {
     let changed = || comparison.features(Set::Map);
-    let first_frame = comparison.first_frame();
+    // What is in no frame, as another log's events, is looked for in all of them.
+    let only = around
+        .map(|around| windows(comparison, around))
+        .filter(|windows| !windows.is_empty());
     Overlay {
         golden: golden.results.map.iter().filter_map(sketched).collect(),
         before: changed()
@@ -33,9 +36,9 @@ pub fn overlay(
             .collect(),
         labels: labels(comparison),
         notes: notes(actual, comparison),
-        first_frame,
-        only: around.map(|around| windows(comparison, around)),
-        about: about(golden, comparison, around),
+        first_frame: comparison.first_frame().or(Some(0)),
+        about: about(golden, comparison, around.filter(|_| only.is_some())),
+        only,
     }
 }
 
@@ -157,4 +160,27 @@ fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>) -> Strin
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::golden::Tolerance;
+
+    #[test]
+    fn differences_in_no_frame_are_shown_in_all_of_them() {
+        let golden = Golden::new(None, None, Tolerance::default(), Results::default());
+        let mut comparison = Comparison::default();
+        let log = || String::new();
+        comparison.differences.push(Difference::Log {
+            golden: log(),
+            actual: log(),
+        });
+        let over = overlay(&golden, &Results::default(), &comparison, Some(2));
+        assert_eq!(
+            (over.first_frame, over.shows(0), over.shows(999)),
+            (Some(0), true, true)
+        );
+        assert!(!over.about.contains("Only 2 frames"));
+    }
 }

@@ -1,15 +1,16 @@
 //! The logs of a run: which golden file each has, which part of them is checked here.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::artifacts::Artifacts;
+use super::artifacts::{Artifacts, artifacts_of};
 use super::bless::bless;
 use super::judge::judge;
 use super::partition::Partition;
 use super::{Report, Verdict};
 use crate::golden::{Tolerance, ToleranceError, is_set};
 use crate::output::OutputError;
+use crate::outputs::{OutputsError, refuse_collisions};
 
 /// What is to be checked, and how.
 #[derive(Debug, Clone, Default)]
@@ -35,6 +36,35 @@ pub struct Options {
     pub layers: Vec<String>,
     /// Tolerances to bless with, as `KEY=VALUE`.
     pub tolerances: Vec<String>,
+}
+
+impl Options {
+    /// Refuses reports in the place of a log, of a golden file, of what is kept of a log, or of each
+    /// other.
+    ///
+    /// # Errors
+    /// The file that would be destroyed.
+    pub fn refuse_collisions(
+        &self,
+        junit: Option<&Path>,
+        summary: Option<&Path>,
+    ) -> Result<(), OutputsError> {
+        // Two logs with one golden file are refused elsewhere, with better words.
+        let golden: BTreeSet<PathBuf> = self
+            .logs
+            .iter()
+            .map(|log| golden_file(&self.golden, log))
+            .collect();
+        let kept: BTreeSet<PathBuf> = self
+            .artifacts
+            .iter()
+            .flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)))
+            .collect();
+        let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
+        let written = golden.iter().chain(&kept).map(|path| Some(path.as_path()));
+        let outputs: Vec<Option<&Path>> = written.chain([junit, summary]).collect();
+        refuse_collisions(&inputs, &outputs)
+    }
 }
 
 /// Why nothing is checked at all.

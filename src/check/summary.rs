@@ -6,6 +6,7 @@ use super::sketch::sketch;
 use super::text::{SHOWN, closing, sections};
 use super::{Report, Verdict};
 use crate::golden::{Difference, Set};
+use crate::legible::{legible, one_line};
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
 const MOST_BYTES: usize = 1_000_000;
@@ -156,7 +157,7 @@ fn details(text: &mut String, report: &Report, strict: bool) {
             let _ = writeln!(text, "... and {} more\n", lines.len() - SHOWN);
         }
     }
-    if report.verdict == Verdict::Differs
+    if needs_a_look(report)
         && let Some(found) = &report.found
     {
         let map = sketch(&found.golden.results.map, &found.comparison);
@@ -183,13 +184,13 @@ fn block(text: &mut String, content: &str) {
     let _ = writeln!(
         text,
         "{fence}text\n{}\n{fence}\n",
-        content.trim_end_matches('\n')
+        legible(content.trim_end_matches('\n'))
     );
 }
 
 /// A name in a table or a heading.
 fn code(name: &str) -> String {
-    let name = name.replace(['`', '\n', '\r'], "'").replace('|', "\\|");
+    let name = one_line(name).replace('`', "'").replace('|', "\\|");
     format!("`{name}`")
 }
 

@@ -8,6 +8,7 @@ use crate::check::text::{SHOWN, closing, report};
 use crate::check::{Options, Partition, ReportFiles, Suite, annotations, exit_code, json};
 use crate::error::Error;
 use crate::golden::is_set;
+use crate::legible::one_line;
 use crate::output::print;
 
 /// Hold logs to golden files: has anything changed that should not have?
@@ -85,8 +86,7 @@ impl Args {
             return Err(Error::ParametersWithoutBless);
         }
         let with_artifacts = self.artifacts.is_some();
-        let files = ReportFiles::open(self.junit.as_deref(), self.summary.as_deref())?;
-        let suite = Suite::new(Options {
+        let options = Options {
             logs: self.logs,
             golden: self.golden,
             artifacts: self.artifacts,
@@ -97,8 +97,11 @@ impl Args {
             partition: self.partition,
             layers,
             tolerances: self.tolerance,
-        });
-        let suite = match suite {
+        };
+        let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
+        options.refuse_collisions(junit, summary)?;
+        let files = ReportFiles::open(junit, summary)?;
+        let suite = match Suite::new(options) {
             Ok(suite) => suite,
             Err(error) => {
                 files.refuse(&error)?;
@@ -130,7 +133,7 @@ impl Args {
         } else {
             say(&errors);
             for note in suite.notes() {
-                say(&format!("note: {note}\n"));
+                say(&format!("note: {}\n", one_line(note)));
             }
             say(&closing(&reports, with_artifacts));
         }

@@ -123,7 +123,7 @@ impl Args {
     pub fn run(self) -> Result<u8, Error> {
         let (csv_path, output) = (self.csv.as_deref(), self.output.as_deref());
         let stdout = self.json.then_some(Path::new("-"));
-        refuse_collisions(&self.log, &[csv_path, output, stdout])?;
+        refuse_collisions(&[&self.log], &[csv_path, output, stdout])?;
         let grid = self.grid()?;
         let config = self.selection.configuration(&self.request()?.settings)?;
         for path in [csv_path, output].into_iter().flatten() {

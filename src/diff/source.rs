@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::DiffError;
 use super::side::{Kind, Recorded, Side};
+use crate::config::Config;
 use crate::error::Error;
 use crate::features;
-use crate::golden::{FeaturesFile, Golden, SCHEMA as GOLDEN};
+use crate::golden::{FeaturesFile, Golden, SCHEMA as GOLDEN, unrecorded};
 use crate::schema::{Relation, in_words, of_file, relation};
 
 /// One of the two arguments, looked at but not replayed.
@@ -102,13 +103,23 @@ fn results(path: &Path, bytes: &[u8]) -> Result<Side, Error> {
             path: path.to_owned(),
             reason: in_words(&error),
         })?;
+    let (losses, config) = (file.losses(), file.config());
+    // One that makes no sense is refused where a log needs it.
+    let absent = config
+        .clone()
+        .and_then(|json| serde_json::from_value(json).ok())
+        .map(|config: Config| unrecorded(bytes, &config));
+    let results = file.into_results().map_err(|reason| DiffError::Malformed {
+        path: path.to_owned(),
+        reason,
+    })?;
     Ok(Side {
         path: path.to_owned(),
         kind: Kind::Features,
-        losses: file.losses(),
-        unrecorded: Vec::new(),
-        config: file.config().map_or(Recorded::Nothing, Recorded::Json),
-        results: file.into_results(),
+        losses,
+        unrecorded: absent.unwrap_or_default(),
+        config: config.map_or(Recorded::Nothing, Recorded::Json),
+        results,
         tolerances: None,
         log: None,
     })

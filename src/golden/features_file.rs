@@ -74,7 +74,10 @@ impl FeaturesFile {
     }
 
     /// The results in it: no labels.
-    pub fn into_results(self) -> Results {
+    ///
+    /// # Errors
+    /// A feature without its numbers.
+    pub fn into_results(self) -> Result<Results, String> {
         let file = self;
         let mut spans = std::collections::BTreeMap::<u32, [u32; 2]>::new();
         for row in &file.features {
@@ -85,41 +88,64 @@ impl FeaturesFile {
                 *span = [span[0].min(first), span[1].max(last)];
             }
         }
-        let lines = file
-            .map
-            .lines
-            .into_iter()
-            .map(|row| row.feature(Kind::Line));
+        let lines = file.map.lines.into_iter().map(|row| row.placed(Kind::Line));
         let points = file
             .map
             .points
             .into_iter()
-            .map(|row| row.feature(Kind::Point));
+            .map(|row| row.placed(Kind::Point));
         let mut map: Vec<Feature> = lines
             .chain(points)
-            .map(|feature| Feature {
-                frames: spans.get(&feature.id).copied(),
-                ..feature
+            .map(|feature| {
+                let feature = feature?;
+                Ok(Feature {
+                    frames: spans.get(&feature.id).copied(),
+                    ..feature
+                })
             })
-            .collect();
+            .collect::<Result<_, String>>()?;
         map.sort_by_key(|feature| feature.id);
         let extracted = file
             .features
             .into_iter()
             .map(|row| {
                 let kind = row.kind.map_or(Kind::Line, Kind::from);
-                row.feature(kind)
+                // Of a run that no feature could be fitted to there are no numbers at all.
+                if row.has_numbers() {
+                    row.placed(kind)
+                } else {
+                    Ok(row.feature(kind))
+                }
             })
-            .collect();
-        Results {
+            .collect::<Result<_, String>>()?;
+        Ok(Results {
             map,
             extracted,
             labels: None,
-        }
+        })
     }
 }
 
 impl Extracted {
+    fn has_numbers(&self) -> bool {
+        let numbers = [self.rho, self.theta, self.half_length, self.x, self.y];
+        self.mid.is_some() || numbers.iter().any(Option::is_some)
+    }
+
+    /// A feature that is somewhere.
+    fn placed(self, kind: Kind) -> Result<Feature, String> {
+        let feature = self.feature(kind);
+        if feature.geometry.is_some() {
+            return Ok(feature);
+        }
+        let numbers = match kind {
+            Kind::Line => "`rho`, `theta`, `mid` and `half_length`",
+            Kind::Point => "`x` and `y`",
+        };
+        let (name, id) = (kind.name(), feature.id);
+        Err(format!("{name} {id} lacks one of {numbers}"))
+    }
+
     fn feature(self, kind: Kind) -> Feature {
         let line = (self.rho, self.theta, self.mid, self.half_length);
         let shaped = match (kind, line, self.x, self.y) {

@@ -10,7 +10,7 @@ use super::layout::render;
 use super::results::Results;
 use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
-use super::unrecorded::unrecorded;
+use super::unrecorded::{absent_under, unrecorded};
 use crate::config::Config;
 use crate::config::file::{ConfigError, check};
 use crate::schema::{Relation, in_words, of_file, relation};
@@ -120,15 +120,14 @@ impl Golden {
             });
         }
         let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
-        let unrecorded = file
-            .config
-            .as_ref()
-            .map(|config| unrecorded(bytes, config))
-            .unwrap_or_default();
+        let mut absent = absent_under("tolerances", bytes, &file.tolerances, "tolerances");
+        if let Some(config) = &file.config {
+            absent.extend(unrecorded(bytes, config));
+        }
         let golden = file
             .open()
             .map_err(|reason: Contradiction| malformed(reason.0))?;
-        Ok((golden, unrecorded))
+        Ok((golden, absent))
     }
 
     /// The file's bytes: the same for the same content.
@@ -203,11 +202,24 @@ impl From<ConfigError> for Contradiction {
 }
 
 impl File {
+    /// What was made from a log holds all that a log gives: what is not there would not be checked.
+    fn holds_all_of_its_log(&self) -> Result<(), Contradiction> {
+        let absent = match (&self.log, &self.features, &self.labels) {
+            (Some(_), None, _) => "features",
+            (Some(_), _, None) => "labels",
+            _ => return Ok(()),
+        };
+        Err(Contradiction(format!(
+            "it was made from a log, but holds no `{absent}`, so they would not be checked"
+        )))
+    }
+
     fn open(self) -> Result<Golden, Contradiction> {
         self.tolerances.check()?;
         if let Some(config) = &self.config {
             check(config)?;
         }
+        self.holds_all_of_its_log()?;
         let labels = self.labels.map(LabelTable::open).transpose()?;
         Ok(Golden {
             tool: self.tool,
@@ -266,5 +278,9 @@ mod tests {
         assert!(without.len() < text.len());
         let (_, unrecorded) = Golden::parse(without.as_bytes(), Path::new("golden")).unwrap();
         assert_eq!(unrecorded, ["triple.alpha"]);
+        let without = text.replace("    \"borderline_chi2\": 0.1,\n", "");
+        assert!(without.len() < text.len());
+        let (_, unrecorded) = Golden::parse(without.as_bytes(), Path::new("golden")).unwrap();
+        assert_eq!(unrecorded, ["tolerances.borderline_chi2"]);
     }
 }

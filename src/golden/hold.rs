@@ -87,6 +87,11 @@ pub fn hold(
         });
     }
     let (golden, _) = Golden::read(path)?;
+    if golden.results.is_empty() && actual.is_empty() {
+        return Err(HoldError::Empty {
+            path: path.to_owned(),
+        });
+    }
     let found = compare(&golden.results, actual, &golden.tolerances);
     if found.matches(false) {
         return Ok(Outcome::Matches);

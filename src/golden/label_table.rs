@@ -1,8 +1,10 @@
 //! The labels of a golden file: a row per sonar, and counts that must agree with the rows.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::coding::{decode_marks, decode_steps, encode_marks, encode_steps};
 use super::file::Contradiction;
@@ -15,7 +17,36 @@ pub struct LabelTable {
     contact: u64,
     intersection: u64,
     unidentified: u64,
+    #[serde(deserialize_with = "each_once")]
     sonars: BTreeMap<String, SonarRow>,
+}
+
+/// Rows by sonar. A row that is there twice, as after a merge, is refused: the last one would hide the
+/// others.
+fn each_once<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<BTreeMap<String, SonarRow>, D::Error> {
+    struct EachOnce;
+    impl<'de> Visitor<'de> for EachOnce {
+        type Value = BTreeMap<String, SonarRow>;
+
+        fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+            to.write_str("a row for each sonar")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut rows = BTreeMap::new();
+            while let Some((sonar, row)) = map.next_entry::<String, SonarRow>()? {
+                if rows.contains_key(&sonar) {
+                    let twice = format!("sonar `{sonar}` is there twice");
+                    return Err(serde::de::Error::custom(twice));
+                }
+                rows.insert(sonar, row);
+            }
+            Ok(rows)
+        }
+    }
+    deserializer.deserialize_map(EachOnce)
 }
 
 #[derive(Serialize, Deserialize)]

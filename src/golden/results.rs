@@ -196,9 +196,9 @@ impl Results {
         }
     }
 
-    /// Whether there is no feature in the map: nothing worth holding anything to.
+    /// Whether there is no feature in the map that is somewhere: nothing worth holding anything to.
     pub fn is_empty(&self) -> bool {
-        self.map.is_empty()
+        self.map.iter().all(|feature| feature.geometry.is_none())
     }
 }
 

@@ -144,8 +144,8 @@ impl Tolerance {
         let (key, value) = text
             .split_once('=')
             .ok_or_else(|| malformed("it has no `=`".to_owned()))?;
-        let value: serde_json::Value = serde_json::from_str(value.trim())
-            .map_err(|_| malformed("the value is no number".to_owned()))?;
+        let value =
+            number(value.trim()).ok_or_else(|| malformed("the value is no number".to_owned()))?;
         let mut all = serde_json::to_value(self).map_err(|e| malformed(e.to_string()))?;
         if let Some(all) = all.as_object_mut() {
             all.insert(key.trim().to_owned(), value);
@@ -154,6 +154,15 @@ impl Tolerance {
         changed.check()?;
         Ok(changed)
     }
+}
+
+/// A number as people write it: whole where it can be.
+fn number(text: &str) -> Option<serde_json::Value> {
+    let whole = text.parse::<u64>().ok().map(serde_json::Value::from);
+    whole.or_else(|| {
+        let number = serde_json::Number::from_f64(text.parse().ok()?)?;
+        Some(number.into())
+    })
 }
 
 #[cfg(test)]
@@ -165,10 +174,12 @@ mod tests {
         let wide = Tolerance::default().with("rho = 0.02").unwrap();
         assert_eq!(wide.rho, 0.02);
         assert_eq!(wide.with("readings=3").unwrap().readings, 3);
+        assert_eq!(wide.with("rho=.03").unwrap().rho, 0.03);
         for (text, said) in [
             ("roh=1", "unknown field `roh`"),
             ("rho", "no `=`"),
             ("rho=much", "no number"),
+            ("rho=inf", "no number"),
             ("rho=-1", "at least 0"),
             ("rho=0.5", "Raise pair_distance"),
             ("readings=1.5", "readings"),

@@ -221,6 +221,21 @@ impl LogError {
         }
     }
 
+    /// Whether the log may be well, and only the configuration does not say enough of it.
+    pub fn wants_configuration(&self) -> bool {
+        match self {
+            Self::Io { .. }
+            | Self::NotMcap { .. }
+            | Self::NoFile { .. }
+            | Self::Unreadable { .. }
+            | Self::Damaged { .. } => false,
+            // Of a log without channels nothing can be configured.
+            Self::NoRanges { found, .. } | Self::NoOdometry { found, .. } => !found.is_empty(),
+            Self::Noted { source, .. } => source.wants_configuration(),
+            _ => true,
+        }
+    }
+
     /// The same, and what else a person should know.
     pub(super) fn noting(self, notes: Vec<String>) -> Self {
         if notes.is_empty() {

@@ -124,7 +124,16 @@ impl Widening {
         one.margin = match kind {
             Some(Kind::Line) => line.min(before.point).min(before.neither),
             Some(Kind::Point) => point.min(before.line).min(before.neither),
-            None => one.lacking.line.min(one.lacking.point),
+            None => {
+                let nearest = one.lacking.line.min(one.lacking.point);
+                let could_grow = half < one.at && half < bounds.max_half_width;
+                // With a wider gate the search would have gone on, to whatever end.
+                if one.done && could_grow {
+                    nearest.min(least - gate)
+                } else {
+                    nearest
+                }
+            }
         };
         one.opinion = Some(opinion);
     }
@@ -176,12 +185,13 @@ mod tests {
     use crate::event::SonarId;
     use crate::geometry::{Pose2, Vec2, unit};
     use crate::tmam::fit::testing::Gauss;
+    use crate::tmam::opinion::Support;
 
     const GATE: f64 = 6.63;
 
     /// What becomes of a stretch of noisy arcs along a wall with a corner in front of its end.
-    fn kinds(seed: u64, decisive: f64) -> Vec<(Option<Kind>, Option<f64>)> {
-        let (mut noise, gate) = (Gauss::new(seed), Gate::new(GATE));
+    fn kinds(seed: u64, decisive: f64, gate: f64) -> Vec<Became> {
+        let (mut noise, gate) = (Gauss::new(seed), Gate::new(gate));
         let bounds = config::Opinion {
             decisive,
             ..config::Opinion::default()
@@ -210,20 +220,53 @@ mod tests {
             settled.extend(widening.push(arc, &bounds, &gate));
         }
         settled.extend(widening.end());
-        let kind = |wide: &Wide| wide.opinion.and_then(|o| o.decided(decisive));
-        settled.iter().map(|w| (kind(w), w.margin)).collect()
+        let became = |wide: &Wide| Became {
+            kind: wide.opinion.and_then(|o| o.decided(decisive)),
+            margin: wide.margin,
+            opinion: wide.opinion,
+        };
+        settled.iter().map(became).collect()
+    }
+
+    struct Became {
+        kind: Option<Kind>,
+        margin: Option<f64>,
+        opinion: Option<Opinion>,
+    }
+
+    /// The gate with one degree of freedom, moved so far that no gate for so many readings or fewer
+    /// moves by more than `by`.
+    fn moved(by: f64, readings: usize) -> f64 {
+        let at = |gate: f64| {
+            let gate = Gate::new(gate);
+            (1..=readings - 2).map(move |freedom| gate.at(freedom))
+        };
+        let most = |to: f64| {
+            let pairs = at(GATE).zip(at(to));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let (mut within, mut beyond) = (0.0, 1.0);
+        for _ in 0..40 {
+            let share = (within + beyond) / 2.0;
+            if most(GATE + share * by) <= by.abs() {
+                within = share;
+            } else {
+                beyond = share;
+            }
+        }
+        GATE + within * by
     }
 
     #[test]
     fn nothing_within_the_margin_changes_a_label_and_something_beyond_it_does() {
         let (decisive, mut held, mut changed) = (13.0, 0, 0);
         for seed in 1..12 {
-            let all = kinds(seed, decisive);
-            for (at, (kind, margin)) in all.iter().enumerate() {
+            let all = kinds(seed, decisive, GATE);
+            for (at, Became { kind, margin, .. }) in all.iter().enumerate() {
                 let Some(margin) = *margin else { continue };
                 assert!(margin >= 0.0, "{margin}");
                 for moved in [-margin, margin] {
-                    let by = |share: f64| kinds(seed, decisive + share * moved)[at].0;
+                    let by = |share: f64| kinds(seed, decisive + share * moved, GATE)[at].kind;
                     assert_eq!(by(0.999), *kind, "seed {seed}, arc {at}, margin {margin}");
                     held += 1;
                     changed += u32::from(by(1.001) != *kind);
@@ -231,5 +274,30 @@ mod tests {
             }
         }
         assert!(held > 200 && changed > 10, "{held} held, {changed} changed");
+    }
+
+    #[test]
+    fn a_search_that_ended_because_neither_explained_is_as_far_from_a_label_as_from_going_on() {
+        let (decisive, mut held, mut changed) = (13.0, 0, 0);
+        for seed in 1..150 {
+            let all = kinds(seed, decisive, GATE);
+            for (at, one) in all.iter().enumerate() {
+                let neither = |opinion: &Opinion| opinion.support == Support::Neither;
+                let (Some(opinion), Some(margin)) = (one.opinion.filter(neither), one.margin)
+                else {
+                    continue;
+                };
+                for by in [-margin.min(0.9 * GATE), margin] {
+                    let becomes = |share: f64| {
+                        let gate = moved(share * by, opinion.readings);
+                        kinds(seed, decisive, gate)[at].kind
+                    };
+                    assert_eq!(becomes(0.999), None, "seed {seed}, arc {at}, by {by}");
+                    held += 1;
+                    changed += u32::from(becomes(1.001).is_some());
+                }
+            }
+        }
+        assert!(held > 200 && changed > 0, "{held} held, {changed} changed");
     }
 }

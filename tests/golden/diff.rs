@@ -126,6 +126,49 @@ fn what_holds_no_results_is_refused_by_its_schema() {
 }
 
 #[test]
+fn features_without_their_numbers_are_refused() {
+    let (bench, _) = with_features();
+    let mut lines = bench.json("drive.features.json");
+    lines["map"]["lines"][0]["rho"] = Value::Null;
+    bench.put("lines.json", lines.to_string());
+    let mut points = bench.json("drive.features.json");
+    let mut rows = points["features"].as_array_mut().unwrap().iter_mut();
+    let point = rows.find(|row| row["x"].is_number()).unwrap();
+    point.as_object_mut().unwrap().remove("x");
+    bench.put("points.json", points.to_string());
+    for (name, said) in [
+        ("lines.json", "lacks one of `rho`"),
+        ("points.json", "lacks one of `x` and `y`"),
+    ] {
+        let run = diff(&bench, &[name, "drive.features.json"]);
+        assert_eq!(run.code, 2, "{name}: {}", run.stdout);
+        assert!(run.stderr.contains(said), "{name}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn what_one_side_does_not_say_is_said() {
+    let (bench, golden) = with_features();
+    let mut file = bench.json("drive.features.json");
+    let triple = file["config"]["triple"].as_object_mut().unwrap();
+    triple.remove("alpha").unwrap();
+    bench.put("old.json", file.to_string());
+    let run = diff(&bench, &["old.json", &path_of("room_drive.mcap")]);
+    assert!(
+        run.stdout.contains("old.json does not record triple.alpha"),
+        "{}",
+        run.stdout
+    );
+    let corridor = crate::golden().join("rust/corridor.golden.json");
+    let corridor = corridor.to_str().unwrap();
+    let run = diff(&bench, &[corridor, &golden]);
+    let note = format!("labels are not compared: {corridor} holds none");
+    assert!(run.stdout.contains(&note), "{}", run.stdout);
+    let run = diff(&bench, &[corridor, "drive.features.json"]);
+    assert!(run.stdout.contains("neither side holds"), "{}", run.stdout);
+}
+
+#[test]
 fn a_recording_is_refused_with_the_name_of_what_can_be_compared() {
     let (bench, golden) = with_features();
     let run = diff(&bench, &["drive.rrd", &golden]);

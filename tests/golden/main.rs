@@ -12,10 +12,13 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod artefacts;
 mod diff;
 mod harmless;
 mod mutations;
+mod names;
 mod noise_aware_mutations;
+mod overwriting;
 mod refusals;
 mod reports;
 mod rust;

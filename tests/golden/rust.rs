@@ -1,6 +1,6 @@
 //! From Rust: how another crate holds features of its own.
 
-use tmam_replay::golden::{Feature, HoldError, Outcome, Results, Tolerance, compare, hold};
+use tmam_replay::golden::{Feature, Golden, HoldError, Outcome, Results, Tolerance, compare, hold};
 
 use crate::support::Bench;
 
@@ -31,6 +31,18 @@ fn differences_are_found_whatever_the_order() {
     turned.map.reverse();
     let found = compare(&corridor(1.8), &turned, &Tolerance::default());
     assert_eq!(found.differences.len(), 2, "a wall and a point: {found:#?}");
+}
+
+#[test]
+fn a_map_of_what_is_nowhere_is_no_result() {
+    let bench = Bench::new();
+    let path = bench.path("nowhere.golden.json");
+    let nowhere = Results::of_map([Feature::point(f64::NAN, 1.0)]);
+    assert!(nowhere.is_empty());
+    let bytes = Golden::new(None, None, Tolerance::default(), nowhere.clone()).render();
+    bench.put("nowhere.golden.json", bytes.unwrap());
+    let refused = hold(&path, &nowhere, &Tolerance::default()).unwrap_err();
+    assert!(matches!(refused, HoldError::Empty { .. }), "{refused}");
 }
 
 #[test]
