@@ -38,7 +38,7 @@ pub fn legible(text: &str) -> Cow<'_, str> {
 ///
 /// Line ends are written as other control characters are. A line that begins with `::`, or holds `##`,
 /// is a command to the runners of CI services: these two are written so that it is none.
-pub fn one_line(text: &str) -> String {
+pub fn inert_line(text: &str) -> String {
     let text = text.replace('\n', "\\u000a").replace("##", "\\u0023#");
     let begins = text.trim_start().strip_prefix("::").map(str::len);
     let text = match begins {
@@ -49,6 +49,40 @@ pub fn one_line(text: &str) -> String {
         None => text,
     };
     legible(&text).into_owned()
+}
+
+/// The text as one line, so that a name in it cannot look like several.
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    if text.contains('\n') {
+        Cow::Owned(text.replace('\n', "\\n"))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
+/// The first characters of every word and of the whole, the blanks between words as they are.
+pub fn shortened(text: &str, word: usize, whole: usize) -> String {
+    let mut short = String::new();
+    let mut rest = whole;
+    for part in text.split_inclusive([' ', '\n']) {
+        let length = part.trim_end_matches([' ', '\n']).chars().count();
+        let room = rest.min(word);
+        if length <= room {
+            short.push_str(part);
+        } else {
+            short.extend(part.chars().take(room));
+            short.push_str("...");
+            short.extend(part.chars().skip(length));
+        }
+        rest = rest.saturating_sub(part.chars().count());
+        if rest == 0 {
+            if short.len() < text.len() && !short.ends_with("...") {
+                short.push_str("...");
+            }
+            break;
+        }
+    }
+    short
 }
 
 fn steers(character: char) -> bool {
@@ -75,10 +109,13 @@ mod tests {
 
     #[test]
     fn a_name_is_no_command_and_no_line_of_its_own() {
-        assert_eq!(one_line("a\n::error::b\u{1b}"), "a\\u000a::error::b\\u001b");
-        assert_eq!(one_line(" ::error::b"), "\\u003a:error::b");
-        assert_eq!(one_line("a ##[error]b"), "a \\u0023#[error]b");
-        assert_eq!(one_line("a: b::c # d"), "a: b::c # d");
+        assert_eq!(
+            inert_line("a\n::error::b\u{1b}"),
+            "a\\u000a::error::b\\u001b"
+        );
+        assert_eq!(inert_line(" ::error::b"), "\\u003a:error::b");
+        assert_eq!(inert_line("a ##[error]b"), "a \\u0023#[error]b");
+        assert_eq!(inert_line("a: b::c # d"), "a: b::c # d");
     }
 
     #[test]
@@ -90,5 +127,20 @@ mod tests {
             shown.ends_with("x... and 996000 more characters\nb"),
             "{shown}"
         );
+    }
+
+    #[test]
+    fn words_and_wholes_are_cut() {
+        assert_eq!(shortened("a bc d", 10, 100), "a bc d");
+        assert_eq!(shortened("a bcdef d\n", 3, 100), "a bcd... d\n");
+        assert_eq!(shortened("ab cd ef", 10, 6), "ab cd ...");
+        assert_eq!(shortened("ab cd", 10, 5), "ab cd");
+        assert_eq!(shortened(&"w".repeat(1_000_000), 100, 4000).len(), 103);
+        assert!(shortened(&"w ".repeat(1_000_000), 100, 4000).len() <= 4003);
+    }
+
+    #[test]
+    fn a_name_makes_no_line_of_its_own() {
+        assert_eq!(one_line("a\nb"), "a\\nb");
     }
 }

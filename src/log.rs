@@ -41,6 +41,7 @@ use channels::ChannelReport;
 pub use error::{LogError, MissingMount, UnplacedRing, itemised};
 pub use gathered::Gathered;
 pub use messages::Role;
+pub use notes::{NO_POSE, NO_RANGE};
 pub use read::{read, read_with_truth, read_with_truth_in};
 
 /// A log as far as it could be read.

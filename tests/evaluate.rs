@@ -242,7 +242,13 @@ fn a_real_log_is_held_against_walls_that_are_given() {
     let bench = Bench::new();
     bench.put("walls.json", ROOM);
     let run = bench.tmam(&log, "evaluate {} --truth walls.json --agree 0.1 -o h.rrd");
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    // It drove in another place than the paper's room.
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("hardly a range agrees"),
+        "{}",
+        run.stderr
+    );
     assert!(run.stdout.contains("disagrees"), "{}", run.stdout);
 }
 
@@ -278,13 +284,11 @@ fn walls_in_pieces_and_short_of_their_corners_are_the_same_room() {
     for none in ["missed", "spurious", "duplicates"] {
         assert_eq!(lines[none], json!([]), "{none} of {lines}");
     }
-    assert!(!lines["shared"].as_array().unwrap().is_empty());
     let points = &scores["confirmed"]["points"];
     assert_eq!(points["features"], 6);
     for none in ["missed", "spurious", "duplicates"] {
         assert_eq!(points[none], json!([]), "{none} of {points}");
     }
-    // The missing centimetres put a corner's echoes elsewhere, but those that agree are told right.
     let wrong = &scores["labels"]["wrong_share_known"];
     assert!(wrong.as_f64().unwrap() < 0.01, "{wrong}");
 }

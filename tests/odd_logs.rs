@@ -405,3 +405,30 @@ fn a_name_does_not_steer_the_terminal() {
     let info = bench.tmam(&path, "info {}");
     assert!(info.stdout.contains("\\u001b[2J") && !info.stdout.contains('\x1b'));
 }
+
+#[test]
+fn odometry_of_which_no_message_holds_a_pose_is_told_as_that() {
+    let bench = Bench::new();
+    let bytes = changed(|mut message| {
+        if message.topic == "/odom" {
+            // Header, child frame, position, quaternion.
+            let frame = u32::from_le_bytes(message.data[12..16].try_into().unwrap()) as usize;
+            let child = (16 + frame).next_multiple_of(4);
+            let length = u32::from_le_bytes(message.data[child..child + 4].try_into().unwrap());
+            let x = 4 + (child + 4 + length as usize - 4).next_multiple_of(8);
+            message.data[x + 24..x + 56].fill(0);
+        }
+        if message.topic == "/tf" {
+            return Vec::new();
+        }
+        vec![message]
+    });
+    let said = "its messages hold no pose (NaN";
+    says(&replay(&bench, &bytes), 2, &[said]);
+    let info = bench.tmam(&bench.path("log.mcap"), "info {}").stdout;
+    let info = info.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        info.contains("look at what publishes /odom: its messages hold no pose"),
+        "{info}"
+    );
+}

@@ -9,7 +9,7 @@ use super::{Found, Report, Verdict};
 use crate::config::Config;
 use crate::error::{Error, INCOMPLETE};
 use crate::golden::{Difference, Golden, compare};
-use crate::legible::one_line;
+use crate::legible::inert_line;
 use crate::log::{self, itemised};
 use crate::replay::ReplayError;
 
@@ -157,7 +157,7 @@ fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
         notes.push(format!(
             "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
              Bless again to record it",
-            one_line(&unmeasured.join(", "))
+            inert_line(&unmeasured.join(", "))
         ));
     }
     notes

@@ -6,7 +6,7 @@ use super::sketch::sketch;
 use super::text::{SHOWN, closing, sections};
 use super::{Report, Verdict};
 use crate::golden::{Difference, Set};
-use crate::legible::{legible, one_line};
+use crate::legible::{inert_line, legible};
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
 const MOST_BYTES: usize = 1_000_000;
@@ -190,7 +190,7 @@ fn block(text: &mut String, content: &str) {
 
 /// A name in a table or a heading.
 fn code(name: &str) -> String {
-    let name = one_line(name).replace('`', "'").replace('|', "\\|");
+    let name = inert_line(name).replace('`', "'").replace('|', "\\|");
     format!("`{name}`")
 }
 

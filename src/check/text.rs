@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Found, Report, Verdict};
 use crate::diff::Pair;
 use crate::golden::{Comparison, Difference, Results, Set, Tolerance, counts, describe};
-use crate::legible::one_line;
+use crate::legible::inert_line;
 
 /// More differences of a kind than this are counted, not listed.
 pub const SHOWN: usize = 20;
@@ -19,11 +19,11 @@ pub fn report(report: &Report, shown: usize, strict: bool) -> String {
         text,
         "{:<18}{}",
         word(&report.verdict),
-        one_line(&report.log.display().to_string())
+        inert_line(&report.log.display().to_string())
     );
     let mut say = |indent: usize, line: &str| {
         for line in line.lines() {
-            let _ = writeln!(text, "{:indent$}{}", "", one_line(line));
+            let _ = writeln!(text, "{:indent$}{}", "", inert_line(line));
         }
     };
     if let Some(reason) = report.verdict.reason() {
@@ -85,7 +85,7 @@ pub fn differences(
         let _ = writeln!(
             text,
             "{name}  {}: {} map features, {} extracted, {labels}{}",
-            one_line(&side.path.display().to_string()),
+            inert_line(&side.path.display().to_string()),
             side.results.map.len(),
             side.results.extracted.len(),
             if side.losses.is_empty() {
@@ -96,7 +96,7 @@ pub fn differences(
         );
     }
     for note in &pair.notes {
-        let _ = writeln!(text, "note: {}", one_line(note));
+        let _ = writeln!(text, "note: {}", inert_line(note));
     }
     let sides = [&pair.a.results, &pair.b.results];
     let sections = kinds(sides, found, tolerance, None, strict);

@@ -8,7 +8,7 @@ use crate::check::text::{SHOWN, closing, report};
 use crate::check::{Options, Partition, ReportFiles, Suite, annotations, exit_code, json};
 use crate::error::Error;
 use crate::golden::is_set;
-use crate::legible::one_line;
+use crate::legible::inert_line;
 use crate::output::print;
 
 /// Hold logs to golden files: has anything changed that should not have?
@@ -133,7 +133,7 @@ impl Args {
         } else {
             say(&errors);
             for note in suite.notes() {
-                say(&format!("note: {}\n", one_line(note)));
+                say(&format!("note: {}\n", inert_line(note)));
             }
             say(&closing(&reports, with_artifacts));
         }

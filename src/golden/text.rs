@@ -7,12 +7,12 @@ use super::difference::{
 };
 use super::results::{Feature, Geometry, Labels, Margin, Mark};
 use crate::geometry::{Vec2, unit};
-use crate::legible::one_line;
+use crate::legible::inert_line;
 
 /// A difference in one line: what it was, what it is, by how much, and where to look; `recording` is
 /// where it can be looked at. Names in it may come from a log, and are made legible.
 pub fn describe(difference: &Difference, recording: Option<&Path>) -> String {
-    one_line(&in_words(difference, recording))
+    inert_line(&in_words(difference, recording))
 }
 
 fn in_words(difference: &Difference, recording: Option<&Path>) -> String {

@@ -9,10 +9,13 @@ use super::channels::ChannelFacts;
 use super::motion::OdometryFacts;
 use super::sonars::{MountFacts, SonarFacts};
 use super::statistics::{fraction, median, seconds};
+use crate::legible::{one_line, shortened};
 use crate::rounding::fixed;
 
 /// Widest line, columns.
 const WIDTH: u16 = 100;
+/// Longest name in a table, characters: wrapping costs more than its length.
+pub const LONGEST_NAME: usize = 100;
 
 /// A table with a head; the first `left` columns are text, the others numbers.
 pub fn table(head: &[&str], left: usize) -> Table {
@@ -30,6 +33,11 @@ pub fn table(head: &[&str], left: usize) -> Table {
         }
     }
     table
+}
+
+/// A name from a log as a cell shows it.
+fn name(name: &str) -> String {
+    shortened(&one_line(name), LONGEST_NAME, LONGEST_NAME)
 }
 
 /// A table as text, without blanks at the ends of lines.
@@ -55,13 +63,13 @@ pub fn channels(info: &Info) -> String {
     let start = info.channels.iter().map(|c| c.first_ns).min().unwrap_or(0);
     for channel in &info.channels {
         table.add_row([
-            channel.topic.clone(),
+            name(&channel.topic),
             if channel.type_name.is_empty() {
                 "(none)".to_owned()
             } else {
-                channel.type_name.clone()
+                name(&channel.type_name)
             },
-            channel.encoding.clone(),
+            name(&channel.encoding),
             read_as(channel).to_owned(),
             channel.messages.to_string(),
             optional(channel.rate, 1),
@@ -99,8 +107,8 @@ pub fn sonars(sonars: &[SonarFacts]) -> String {
         };
         let beam = sonar.beam_width.map(f64::to_degrees);
         table.add_row([
-            sonar.name.clone(),
-            sonar.topic.clone(),
+            name(&sonar.name),
+            name(&sonar.topic),
             mount(|m| m.x, 3),
             mount(|m| m.y, 3),
             mount(|m| m.yaw.to_degrees(), 1),
@@ -140,7 +148,7 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
             None => "-".to_owned(),
         };
         table.add_row([
-            sonar.name.clone(),
+            name(&sonar.name),
             share(sonar.echoes),
             share(sonar.no_echoes),
             share(sonar.invalid),
@@ -172,7 +180,7 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
 pub fn motion(info: &Info, odometry: &OdometryFacts) -> String {
     let mut text = format!(
         "  {}: {} samples, {} Hz, {:.1} m driven, {:.0} deg turned\n",
-        odometry.topic,
+        name(&odometry.topic),
         odometry.samples,
         optional(odometry.rate, 1),
         odometry.distance,

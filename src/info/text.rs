@@ -6,9 +6,12 @@ use comfy_table::{ColumnConstraint, Width};
 
 use super::findings::{Finding, Weight};
 use super::statistics::seconds;
-use super::tables::{channels, clocks, echoes, motion, render, sonars, table};
+use super::tables::{LONGEST_NAME, channels, clocks, echoes, motion, render, sonars, table};
 use super::{Info, Verdict};
-use crate::legible::legible;
+use crate::legible::{legible, one_line, shortened};
+
+/// Longest part of a finding, characters.
+const LONGEST_PART: usize = 2000;
 
 /// Everything, as text.
 pub fn text(info: &Info) -> String {
@@ -113,7 +116,10 @@ fn findings(findings: &[Finding]) -> String {
         let lines: Vec<String> = parts
             .into_iter()
             .filter(|(part, _)| !part.is_empty())
-            .map(|(part, name)| format!("{name}{part}"))
+            .map(|(part, name)| {
+                let part = shortened(&one_line(part), LONGEST_NAME, LONGEST_PART);
+                format!("{name}{part}")
+            })
             .collect();
         table.add_row([weight.to_owned(), lines.join("\n")]);
     }

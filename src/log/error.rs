@@ -121,6 +121,20 @@ pub enum LogError {
         /// Parents and children.
         moving: Vec<(String, String)>,
     },
+    /// No odometry but transforms, and none of them moves the frame asked for.
+    #[error(
+        "{file} has no odometry messages, and no transform moves `{frame}`, which input.robot_frame names. \
+         Those that move:{}",
+        itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>())
+    )]
+    NoSuchFrame {
+        /// The log.
+        file: String,
+        /// The frame asked for.
+        frame: String,
+        /// Parents and children.
+        moving: Vec<(String, String)>,
+    },
     /// Points of a sonar ring, without the mounts of its sonars.
     #[error(transparent)]
     UnplacedRing(Box<UnplacedRing>),
@@ -129,8 +143,8 @@ pub enum LogError {
     NoMount(Box<MissingMount>),
     /// A sonar whose beam width is unknown.
     #[error(
-        "sonar `{sonar}` (topic {topic}) gives no beam width: its field_of_view is 0 or NaN. Set \
-         sonars.beam_width, or beam_width under [sonar.\"{sonar}\"], in the configuration (deg, full angle)"
+        "sonar `{sonar}` (topic {topic}) gives no beam width: its field_of_view is no angle above 0. \
+         Set sonars.beam_width, or beam_width under [sonar.\"{sonar}\"], in the configuration (deg, full angle)"
     )]
     NoBeamWidth {
         /// The sonar's name.
@@ -211,7 +225,7 @@ impl LogError {
                 format!("it has no mounting pose, {why}. Record /tf_static, or give x, y and yaw under [sonar.\"{name}\"]")
             }
             Self::NoBeamWidth { sonar, .. } => format!(
-                "it has no beam width, its field_of_view is 0 or NaN. Set beam_width under [sonar.\"{sonar}\"]"
+                "it has no beam width, its field_of_view is no angle above 0. Set beam_width under [sonar.\"{sonar}\"]"
             ),
             Self::NoRobotFrame { .. } => {
                 "its mount is not in the configuration, and the odometry does not name the frame that it moves. \

@@ -12,6 +12,24 @@ pub fn is_leap(distance: f64, seconds: f64) -> bool {
     distance > SHORT && distance > TOO_FAST * seconds
 }
 
+/// The samples, in stamp order, from `start` to `end` seconds after the first reading.
+pub fn window<'a>(
+    samples: &'a [OdometrySample],
+    readings: &[RangeReading],
+    start: Option<f64>,
+    end: Option<f64>,
+) -> &'a [OdometrySample] {
+    let Some(first) = readings.first().map(|r| r.stamp_ns) else {
+        return samples;
+    };
+    let after = |s: &OdometrySample| seconds(first, s.stamp_ns);
+    let from = start.map_or(0, |start| samples.partition_point(|s| after(s) < start));
+    let to = end.map_or(samples.len(), |end| {
+        samples.partition_point(|s| after(s) <= end)
+    });
+    samples.get(from..to).unwrap_or_default()
+}
+
 /// What is told of samples in stamp order that leap; times count from the first reading.
 pub fn note(samples: &[OdometrySample], readings: &[RangeReading]) -> Option<String> {
     let mut count = 0_u64;
@@ -66,5 +84,30 @@ mod tests {
             text.contains("jumps once") && text.contains("by 5.20 m in 0.100 s"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_leap_outside_of_the_window_is_none_of_its() {
+        let samples: Vec<_> = (0..50)
+            .map(|k| OdometrySample {
+                stamp_ns: k * 100_000_000,
+                world_from_robot: Pose2::new(if k > 30 { 5.0 } else { 0.0 }, 0.0, 0.0),
+            })
+            .collect();
+        let reading = RangeReading {
+            stamp_ns: 0,
+            sonar: crate::event::SonarId(0),
+            range: 1.0,
+            min_range: 0.1,
+            max_range: 5.0,
+            beam_width: 0.4,
+            variance: 0.0,
+        };
+        let told = |start, end| {
+            let readings = [reading];
+            note(window(&samples, &readings, start, end), &readings).is_some()
+        };
+        assert!(told(None, None) && told(Some(2.0), Some(4.0)));
+        assert!(!told(None, Some(2.95)) && !told(Some(3.05), None));
     }
 }

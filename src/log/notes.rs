@@ -2,6 +2,13 @@
 
 use super::channels::ChannelReport;
 use super::container::Loss;
+use crate::legible::one_line;
+
+/// Why a channel of odometry is of no use although its messages are read.
+pub const NO_POSE: &str =
+    "its messages hold no pose (NaN, farther than 1e8 m, or a quaternion of zero)";
+/// Why a channel of ranges is of no use although its messages are read.
+pub const NO_RANGE: &str = "its messages hold no range";
 
 /// A channel in a list of what the log holds.
 fn describe(channel: &ChannelReport) -> String {
@@ -14,10 +21,11 @@ fn describe(channel: &ChannelReport) -> String {
     } else {
         &channel.type_name
     };
-    format!(
+    let text = format!(
         "{} ({type_name}, {}, {} messages{problem})",
         channel.topic, channel.encoding, channel.messages
-    )
+    );
+    one_line(&text).into_owned()
 }
 
 /// Channels in a list of what the log holds: first those that may be meant.

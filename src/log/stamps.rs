@@ -35,8 +35,9 @@ pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
         return Some(format!(
             "the clock was set back while the log was recorded, {times}, by up to {farthest:.3} s: stamps and times \
              of recording were twice at {:.3} s of the log, and readings from before and after meet each \
-             other's poses",
-            seconds(overlap)
+             other's poses{}",
+            seconds(overlap),
+            around(ranges, odometry).unwrap_or_default()
         ));
     }
     (hole > HOLE).then(|| {
@@ -45,6 +46,34 @@ pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
              {:.3} s: the clock was set back, or two logs were put together",
             seconds(hole)
         )
+    })
+}
+
+/// How to replay what lies before and behind the times that were twice, where it was one stretch.
+fn around(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
+    let first = |clock: &&Clock| clock.runs.iter().map(|(first, _)| *first).min();
+    let start = ranges.iter().filter_map(first).min()?;
+    let (mut from, mut to) = (i64::MAX, i64::MIN);
+    for clock in ranges.iter().copied().chain([odometry]) {
+        match clock.runs.as_slice() {
+            [_] => {}
+            [(a, b), (c, d)] if c < b && a < d => {
+                from = from.min(*a.max(c));
+                to = to.max(*b.min(d));
+            }
+            _ => return None,
+        }
+    }
+    // In tenths of a second that do not touch it.
+    let tenths = |ns: i64| seconds(ns.saturating_sub(start)) * 10.0;
+    let before = (libm::ceil(tenths(from)) - 1.0) / 10.0;
+    let behind = (libm::floor(tenths(to)) + 1.0) / 10.0;
+    Some(if before > 0.0 {
+        format!(
+            "; --end {before:.1} replays what lies before these times, --start {behind:.1} what lies behind"
+        )
+    } else {
+        format!("; --start {behind:.1} replays what lies behind these times")
     })
 }
 

@@ -230,7 +230,7 @@ impl Mending {
                     return Ok(()); // follows from that
                 }
             }
-            LogError::NoOdometry { .. } if !self.no_odometry => {
+            LogError::NoOdometry { .. } | LogError::NoSuchFrame { .. } if !self.no_odometry => {
                 self.no_odometry = true;
                 self.gatherer.stand_in(Role::Odometry);
             }

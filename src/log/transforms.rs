@@ -214,6 +214,11 @@ impl TransformTree {
         carrier
     }
 
+    /// Whether a frame is another one or hangs on it, however that may move.
+    pub fn is_below(&self, frame: &str, other: &str) -> bool {
+        self.ancestry(frame).iter().any(|a| a.frame == other)
+    }
+
     /// A frame and all above it, nearest first.
     fn ancestry<'a>(&'a self, frame: &'a str) -> Vec<Ancestor<'a>> {
         let mut line = vec![Ancestor {

@@ -249,3 +249,38 @@ fn outside_of_chunks_in_any_order() {
         "{losses:?}"
     );
 }
+
+/// Kinds that no record outside of chunks has amid the data, and those that any may have.
+#[test]
+fn a_message_of_another_kind_is_missed() {
+    let whole = [
+        channel(1, "/a"),
+        message(1, 1),
+        message(1, 2),
+        message(1, 3),
+        message(1, 4),
+        message(1, 5),
+    ];
+    for opcode in [1, 4, 7, 8, 9, 10, 11, 12, 13, 14, 0x85] {
+        let mut records = whole.to_vec();
+        records[2][0] = opcode;
+        let (found, losses) = read(&file(&records)).unwrap();
+        let times: Vec<u64> = found.iter().map(|(_, time, _)| *time).collect();
+        assert_eq!(times, [1, 3, 4, 5], "{opcode}: {losses:?}");
+        // The other one is that the file has no end.
+        assert_eq!(losses.len(), 2, "{opcode}: {losses:?}");
+    }
+    // An attachment and a metadata record whose first bytes could be a message's.
+    let attachment = record(9, &[vec![0; 24], vec![0; 8], vec![0; 4]].concat());
+    let metadata = record(
+        12,
+        &[[1, 0, 0, 0, b'a', 21, 0, 0, 0].as_slice(), &[0; 21]].concat(),
+    );
+    for other in [attachment, metadata] {
+        let mut records = vec![channel(0, "/b")];
+        records.extend(whole.iter().cloned());
+        records.insert(4, other);
+        let (found, losses) = read(&file(&records)).unwrap();
+        assert_eq!((found.len(), losses.len()), (5, 1), "{losses:?}");
+    }
+}

@@ -180,3 +180,37 @@ fn a_damaged_kind_or_length_costs_the_one_message_it_belongs_to() {
         }
     }
 }
+
+#[test]
+fn a_damaged_length_of_a_definition_costs_no_message() {
+    for log in logs().iter().filter(|log| !log.chunked) {
+        for definition in definitions(&log.bytes) {
+            for bit in 0..64 {
+                let at = definition + 1 + bit / 8;
+                let bytes = Fault::Flip(at, (bit % 8) as u8).apply(&log.bytes);
+                let (found, losses) = read_with(&bytes, Unchecked::Used).unwrap();
+                let found: BTreeSet<Message> = found.into_iter().collect();
+                assert!(!losses.is_empty(), "{at} {bit}");
+                assert_eq!(
+                    found.len(),
+                    log.set.len(),
+                    "byte {at}, bit {bit}: {losses:#?}"
+                );
+            }
+        }
+    }
+}
+
+/// Where the schemas and channels of the data section begin.
+fn definitions(bytes: &[u8]) -> Vec<usize> {
+    let mut at = 8;
+    let mut places = Vec::new();
+    while bytes[at] != 15 {
+        if matches!(bytes[at], 3 | 4) {
+            places.push(at);
+        }
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+        at += 9 + length as usize;
+    }
+    places
+}

@@ -86,7 +86,7 @@ pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
             Weight::Serious,
             "clock-jump",
             jump.as_str(),
-            "readings meet the poses of another time, or none; the log seems longer than it is",
+            "readings meet the poses of another time, or none; the log seems longer or shorter than it is",
             "replay the parts by themselves with --start and --end",
         ));
     }
@@ -129,7 +129,10 @@ pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
             ));
         }
     }
-    delays(info, used("range"), used("odometry"), findings);
+    // Delays to a clock that was set say nothing of another clock.
+    if info.clock_jump.is_none() {
+        delays(info, used("range"), used("odometry"), findings);
+    }
 }
 
 fn delays<'a>(

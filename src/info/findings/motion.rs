@@ -63,11 +63,16 @@ fn jumps(info: &Info, odometry: &OdometryFacts, findings: &mut Vec<Finding>) {
                 jump.distance, jump.seconds
             ),
             "the map before and after it does not fit together",
-            format!(
-                "replay the parts by themselves: --end {:.1}, then --start {:.1}",
-                at.max(0.0),
-                (at + jump.seconds).max(0.0)
-            ),
+            if info.clock_jump.is_some() {
+                "see what is said of the clock first: stamps out of place look like jumps"
+                    .to_owned()
+            } else {
+                format!(
+                    "replay the parts by themselves: --end {:.1}, then --start {:.1}",
+                    at.max(0.0),
+                    (at + jump.seconds).max(0.0)
+                )
+            },
         ));
     }
 }

@@ -66,6 +66,16 @@ pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>
                 "which of them is the robot cannot be told",
                 format!("set input.robot_frame; {SKELETON}"),
             ),
+            LogError::NoSuchFrame { frame, moving, .. } => block(
+                "no-odometry",
+                format!(
+                    "the log has no odometry messages, and no transform moves `{frame}`, which \
+                     input.robot_frame names; frames that move: {}",
+                    super::names(moving.iter().map(|(_, child)| child.as_str()))
+                ),
+                "no reading can be placed",
+                "set input.robot_frame to one that does".to_owned(),
+            ),
             LogError::UnplacedRing(ring) => block(
                 "no-mount",
                 format!(
@@ -150,7 +160,7 @@ fn beams(
         block(
             "no-beam-width",
             format!(
-                "no beam width from {}: field_of_view is 0 or NaN",
+                "no beam width from {}: field_of_view is no angle above 0",
                 which_sonars(&sonars, info.sonars.len())
             ),
             "how wide an arc is decides which contact and intersection points count",
@@ -204,11 +214,28 @@ fn because(asked: &[String]) -> String {
 
 fn choose(info: &Info, asked: &[String], role: &str) -> String {
     let unread = |c: &ChannelFacts| c.is_unreadable() && c.role == Some(role);
+    let is_empty = |c: &&ChannelFacts| c.role == Some(role) && !c.is_unreadable();
+    let empty: Vec<&str> = info
+        .channels
+        .iter()
+        .filter(is_empty)
+        .map(|c| c.topic.as_str())
+        .collect();
     let flag = if role == "range" { "range" } else { "odom" };
     if !asked.is_empty() {
         format!("ask for other topics with --{flag}-topic: the channels above are there")
     } else if info.channels.iter().any(unread) {
         format!("record the {role} channels in a form that is read")
+    } else if !empty.is_empty() {
+        let what = if role == "range" {
+            crate::log::NO_RANGE
+        } else {
+            crate::log::NO_POSE
+        };
+        format!(
+            "look at what publishes {}: {what}",
+            super::names(empty.into_iter())
+        )
     } else {
         format!("no channel above has a type that is read as {role}; docs/logs.md says which are")
     }

@@ -48,12 +48,23 @@ impl<R: Read + Seek> Walker<'_, R> {
     /// Reports a loss that nothing else has shown, by the number of messages or else by the checksum
     /// over everything.
     pub(super) fn compare(&mut self) -> Result<(), OpenError> {
+        let summary = self.tail.summary.as_ref();
+        let counted = summary.and_then(|summary| summary.messages);
+        let read = self.used.messages;
         if self.losses.any() {
+            // What the losses do not say of how much is missing.
+            let missing = counted.and_then(|counted| counted.checked_sub(read));
+            if let Some((counted, missing)) = counted.zip(missing)
+                && missing > self.losses.messages()
+            {
+                self.losses.add(Loss {
+                    messages: Some(missing),
+                    ..Loss::new(0, 0, "the file as a whole", Why::Count { counted, read })
+                });
+            }
             return Ok(());
         }
-        let summary = self.tail.summary.as_ref();
-        let read = self.used.messages;
-        match summary.and_then(|summary| summary.messages) {
+        match counted {
             Some(counted) if counted == read => {}
             Some(counted) => self.losses.add(Loss {
                 messages: counted.checked_sub(read),

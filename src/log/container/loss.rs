@@ -49,6 +49,7 @@ impl Loss {
             self.why,
             Why::Header
                 | Why::Prefix
+                | Why::Kind(_)
                 | Why::Zeros
                 | Why::Cut
                 | Why::TooLarge(_)
@@ -99,6 +100,12 @@ pub enum Why {
     /// A length that does not fit, or a kind that does not exist.
     #[error("no record begins here: its kind or its length is damaged")]
     Prefix,
+    /// A kind of record that does not stand there, or holds what a message does.
+    #[error("its kind, {0:#04x}, is damaged")]
+    Kind(u8),
+    /// A length that does not fit, of a definition whose fields do.
+    #[error("its length is damaged; its fields were read all the same")]
+    Length,
     /// Nothing was written here.
     #[error("it is filled with zeros: nothing was written here, as after a power loss")]
     Zeros,

@@ -22,6 +22,12 @@ impl Losses {
         !self.list.is_empty()
     }
 
+    /// Messages that are known to be lost.
+    pub fn messages(&self) -> u64 {
+        let known = self.list.iter().filter_map(|loss| loss.messages);
+        known.fold(0, u64::saturating_add)
+    }
+
     /// Adds one.
     pub fn add(&mut self, loss: Loss) {
         if self.list.len() < MOST {

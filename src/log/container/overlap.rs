@@ -2,11 +2,15 @@
 
 use std::io::{self, Read, Seek};
 
-use super::OpenError;
-use super::record::{self, PREFIX, op};
-use super::scan::{self, Prefix, Sought, next_record};
+use super::loss::{Loss, Why};
+use super::record::{self, Inner, PREFIX, op};
+use super::scan::{self, LARGEST_DEFINITION, Prefix, Sought, next_record};
 use super::source::Source;
 use super::walker::{MESSAGE_HEADER, Walker};
+use super::{MAX_CHUNK, OpenError};
+
+/// Messages next to each other are logged within a day, nanoseconds.
+const NEAR: u64 = 86_400_000_000_000;
 
 impl<R: Read + Seek> Walker<'_, R> {
     /// Whether the record that is damaged `at` some place plainly begins there all the same, by its
@@ -17,8 +21,6 @@ impl<R: Read + Seek> Walker<'_, R> {
         at: u64,
         log_time: Option<u64>,
     ) -> Result<bool, OpenError> {
-        /// Messages next to each other are logged within a day, nanoseconds.
-        const NEAR: u64 = 86_400_000_000_000;
         let Some(prefix) = scan::prefix(&mut self.source, at)? else {
             return Ok(false);
         };
@@ -34,6 +36,106 @@ impl<R: Read + Seek> Walker<'_, R> {
         let leads_on = scan::prefix(&mut self.source, next)?.is_some_and(is_usual)
             && self.could_begin(next)?;
         Ok(is_known && is_near && (prefix.opcode == op::MESSAGE || leads_on))
+    }
+
+    /// Whether a record of another kind was a message before it was damaged: one outside of chunks, of
+    /// a known channel and logged near the last one.
+    pub(super) fn was_message(&mut self, at: u64, prefix: Prefix) -> Result<bool, OpenError> {
+        if self.chunked || self.used.messages == 0 || prefix.length < MESSAGE_HEADER as u64 {
+            return Ok(false);
+        }
+        match prefix.opcode {
+            // These stand beside chunks or behind the data, and it has not come to either.
+            op::HEADER
+            | op::MESSAGE_INDEX
+            | op::CHUNK_INDEX
+            | op::ATTACHMENT_INDEX
+            | op::STATISTICS
+            | op::METADATA_INDEX
+            | op::SUMMARY_OFFSET => return Ok(true),
+            op::ATTACHMENT if prefix.length <= MAX_CHUNK => {
+                let body = self.source.get(at + PREFIX, prefix.length)?;
+                if record::is_attachment(body) {
+                    return Ok(false);
+                }
+            }
+            op::METADATA if prefix.length <= LARGEST_DEFINITION => {
+                let body = self.source.get(at + PREFIX, prefix.length)?;
+                if record::is_metadata(body) {
+                    return Ok(false);
+                }
+            }
+            _ => {}
+        }
+        let head = self.source.peek::<MESSAGE_HEADER>(at + PREFIX)?;
+        let message = head.as_ref().and_then(|head| record::message(head).ok());
+        Ok(message.is_some_and(|(id, time, _)| {
+            let is_known = self.used.known().iter().any(|known| known.knows(id));
+            let is_near = |last: u64| last.abs_diff(time) < NEAR;
+            is_known && self.used.last.is_some_and(is_near)
+        }))
+    }
+
+    /// Whether the fields of a definition fill it.
+    pub(super) fn fills(&mut self, at: u64, prefix: Prefix) -> Result<bool, OpenError> {
+        if prefix.length > LARGEST_DEFINITION {
+            return Ok(false);
+        }
+        let body = self.source.get(at + PREFIX, prefix.length)?;
+        Ok(record::definition_length(prefix.opcode, body) == Ok(prefix.length))
+    }
+
+    /// Whether a record of this length runs over others.
+    pub(super) fn runs_over(&mut self, at: u64, end: u64) -> Result<bool, OpenError> {
+        let sought = Sought {
+            data_end: false,
+            messages: Some(self.used.known()),
+        };
+        Ok(overlapped(&mut self.source, at, end, sought)?.is_some())
+    }
+
+    /// A definition outside of chunks whose length is wrong, and where it ends by its fields: other
+    /// records stand there.
+    fn by_fields(&mut self, at: u64) -> Result<Option<(Vec<u8>, u64)>, OpenError> {
+        let Some(prefix) = scan::prefix(&mut self.source, at)? else {
+            return Ok(None);
+        };
+        let is_definition = matches!(prefix.opcode, op::SCHEMA | op::CHANNEL);
+        if self.chunked || !is_definition || self.looks == 0 || self.fills(at, prefix)? {
+            return Ok(None);
+        }
+        self.looks -= 1; // each look costs as much as the largest definition
+        let body = self.source.get(at + PREFIX, LARGEST_DEFINITION)?;
+        let fields = record::definition_length(prefix.opcode, body).ok();
+        let length = fields.and_then(|length| usize::try_from(length).ok());
+        let Some(body) = length.and_then(|length| body.get(..length)) else {
+            return Ok(None);
+        };
+        let (body, end) = (body.to_vec(), at + PREFIX + body.len() as u64);
+        Ok(scan::chain(&mut self.source, end, None)?.then_some((body, end)))
+    }
+
+    /// Whether a definition with a wrong length stands there.
+    pub(super) fn is_by_fields(&mut self, at: u64) -> Result<bool, OpenError> {
+        Ok(self.by_fields(at)?.is_some())
+    }
+
+    /// Takes a definition with a wrong length, and tells where it ends.
+    pub(super) fn behind_fields(
+        &mut self,
+        at: u64,
+        prefix: Prefix,
+    ) -> Result<Option<u64>, OpenError> {
+        let Some((body, end)) = self.by_fields(at)? else {
+            return Ok(None);
+        };
+        let opcode = prefix.opcode;
+        let body = body.as_slice();
+        let outcome = self.used.define(Inner { opcode, body });
+        let why = outcome.err().unwrap_or(Why::Length);
+        self.losses
+            .add(Loss::new(at, end - at, "a definition", why));
+        Ok(Some(end))
     }
 }
 

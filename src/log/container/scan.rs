@@ -14,7 +14,7 @@ const FIRST_STRIDE: u64 = 256;
 /// Records in a row that are taken for more than chance.
 const CHAIN: usize = 3;
 /// A definition longer than this is taken for chance: bytes.
-const LARGEST_DEFINITION: u64 = 1 << 20;
+pub const LARGEST_DEFINITION: u64 = 1 << 20;
 
 /// What is looked for.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +86,7 @@ pub fn begins<R: Read + Seek>(
         op::CHUNK => chunk(source, at, prefix.length),
         op::DATA_END if sought.data_end => is_data_end(source, at),
         op::SCHEMA | op::CHANNEL | op::MESSAGE => match sought.messages {
-            Some(registries) => chain(source, at, registries),
+            Some(registries) => chain(source, at, Some(registries)),
             None => Ok(false),
         },
         _ => Ok(false),
@@ -157,11 +157,12 @@ pub fn is_data_end<R: Read + Seek>(source: &mut Source<R>, at: u64) -> io::Resul
 }
 
 /// Whether several messages and definitions stand there in a row. A message may begin it whose channel
-/// is known; further ones may be of channels whose definition the damage took, or that follow here.
-fn chain<R: Read + Seek>(
+/// is known, or any where none need be; further ones may be of channels whose definition the damage took,
+/// or that follow here.
+pub fn chain<R: Read + Seek>(
     source: &mut Source<R>,
     mut at: u64,
-    registries: [&Registry; 2],
+    registries: Option<[&Registry; 2]>,
 ) -> io::Result<bool> {
     for place in 0..CHAIN {
         if at == source.length() {
@@ -180,7 +181,8 @@ fn chain<R: Read + Seek>(
                     let header = source.peek::<HEADER>(body)?.unwrap_or_default();
                     next.length >= HEADER as u64
                         && record::message(&header).is_ok_and(|(id, ..)| {
-                            place > 0 || registries.iter().any(|registry| registry.knows(id))
+                            place > 0
+                                || registries.is_none_or(|known| known.iter().any(|r| r.knows(id)))
                         })
                 }
                 op::SCHEMA => {

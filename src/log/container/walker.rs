@@ -144,6 +144,9 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             }
             _ => {}
         }
+        if let Some(next) = self.behind_fields(at, prefix)? {
+            return Ok(Some(next));
+        }
         if end > length && !self.tail.magic {
             return self.cut_off(at, prefix);
         }
@@ -212,6 +215,13 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
 
     fn definition(&mut self, at: u64, prefix: Prefix) -> Next {
         let end = prefix.end(at);
+        // A length that leads nowhere, or past other records, is wrong.
+        if !self.chunked
+            && !self.fills(at, prefix)?
+            && (!self.could_begin(end)? || self.runs_over(at, end)?)
+        {
+            return self.go_on(at, Some(end));
+        }
         let outcome = if prefix.length > MAX_CHUNK {
             Err(Why::TooLarge(prefix.length))
         } else {
@@ -238,7 +248,10 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             return Ok(Some(end));
         }
         // What damaged the record behind it may have begun within it.
-        if !self.could_begin(end)? && !self.keeps_a_trace(end, log_time)? {
+        if !self.could_begin(end)?
+            && !self.keeps_a_trace(end, log_time)?
+            && !self.is_by_fields(end)?
+        {
             return self.go_on(at, Some(end));
         }
         let outcome = if prefix.length > MAX_CHUNK {
@@ -256,11 +269,21 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
     /// A record of which nothing is used.
     fn pass_over(&mut self, at: u64, prefix: Prefix) -> Next {
         let end = prefix.end(at);
+        if self.was_message(at, prefix)? {
+            if !self.could_begin(end)? {
+                return self.go_on(at, None);
+            }
+            self.losses.add(Loss {
+                messages: Some(1),
+                ..Loss::new(at, end - at, "a message", Why::Kind(prefix.opcode))
+            });
+            return Ok(Some(end));
+        }
         if is_chunk(&mut self.source, at + PREFIX, prefix.length)? {
             return self.lose_chunk(at, end, None, Why::Prefix);
         }
         // A length that leads nowhere may have led past something.
-        if self.could_begin(end)? {
+        if self.could_begin(end)? || self.is_by_fields(end)? {
             Ok(Some(end))
         } else {
             self.go_on(at, None)

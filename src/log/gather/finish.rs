@@ -4,6 +4,7 @@ use super::Gatherer;
 use super::track::Chosen;
 use crate::config::Config;
 use crate::event::Events;
+use crate::legible::one_line;
 use crate::log::channels::ChannelReport;
 use crate::log::container::Loss;
 use crate::log::messages::Role;
@@ -34,8 +35,14 @@ pub struct Stopped {
 impl Stopped {
     /// The error with all that was found before it.
     pub fn into_error(self, losses: &[Loss]) -> LogError {
-        self.error.noting(self.notes).after(losses)
+        self.error.noting(in_lines(self.notes)).after(losses)
     }
+}
+
+/// Each as one line: a name in it cannot look like another one.
+fn in_lines(texts: Vec<String>) -> Vec<String> {
+    let lines = texts.iter().map(|text| one_line(text).into_owned());
+    lines.collect()
 }
 
 impl Gatherer {
@@ -73,6 +80,12 @@ impl Gatherer {
             return Err(LogError::TooManySonars { file });
         }
         if self.readings.is_empty() && self.hits.is_empty() {
+            for channel in channels.iter_mut() {
+                let is_empty = channel.used && channel.role == Some(Role::Range);
+                if is_empty && channel.problem.is_none() {
+                    channel.problem = Some(notes::NO_RANGE.to_owned());
+                }
+            }
             return Err(no_ranges(&channels));
         }
         let mut odometry = self.choose_odometry(&file, config, &mut channels)?;
@@ -126,10 +139,16 @@ impl Gatherer {
         let clock_jump = stamps::jump(&ranges, &odometry.clock)
             .or_else(|| stamps::returned(&ranges, &odometry.clock));
         let mut time_notes = Vec::new();
-        time_notes.extend(stamps::skew(&ranges, &odometry.clock));
+        // Delays to a clock that was set say nothing of another clock.
+        if clock_jump.is_none() {
+            time_notes.extend(stamps::skew(&ranges, &odometry.clock));
+        }
         time_notes.extend(stamps::backward(&ranges, &odometry.clock));
         time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
-        time_notes.extend(leaps::note(&samples, &readings));
+        time_notes.extend(leaps::note(
+            leaps::window(&samples, &readings, config.input.start, config.input.end),
+            &readings,
+        ));
         let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
         let dropped = config.input.drop_repeats;
         notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
@@ -145,9 +164,9 @@ impl Gatherer {
                 odometry: samples,
             },
             messages: self.messages + odometry.messages,
-            losses: lost,
+            losses: in_lines(lost),
             channels,
-            notes: std::mem::take(notes),
+            notes: in_lines(std::mem::take(notes)),
             clock_jump,
             time_notes,
         };

@@ -100,10 +100,20 @@ impl Gatherer {
     ) -> Result<Option<Chosen>, LogError> {
         let asked = &config.input.odometry_topics;
         let topics = glob_set(asked)?;
+        let carriers = self.carriers();
+        // What the frame of the sonars moves, or what hangs on it, is a part of the robot or the way back.
+        let is_below = |(edge, course): (&Edge, &Course)| {
+            config.input.robot_frame.is_none()
+                && course.moved
+                && carriers
+                    .iter()
+                    .any(|carrier| self.transforms.is_below(&edge.0, carrier))
+        };
         let is_candidate = |(edge, course): &(&Edge, &Course)| {
             (asked.is_empty() || topics.is_match(&course.topic))
                 && (course.moved || sounds_like_a_robot(edge))
                 && course.track.len() > 1
+                && !is_below((edge, course))
         };
         let candidates: Vec<(&Edge, &Course)> =
             self.moving.edges.iter().filter(is_candidate).collect();
@@ -138,6 +148,13 @@ impl Gatherer {
                 }
                 Ok(chosen)
             }
+            (1, None) if poses == 0 && config.input.robot_frame.is_some() => {
+                Err(LogError::NoSuchFrame {
+                    file: file.to_owned(),
+                    frame: config.input.robot_frame.clone().unwrap_or_default(),
+                    moving: candidates.iter().map(|(edge, _)| (*edge).clone()).collect(),
+                })
+            }
             (1, _) => Ok(None),
             _ if poses > 0 => Ok(None),
             _ => Err(LogError::UnclearTransforms {
@@ -145,6 +162,20 @@ impl Gatherer {
                 moving: candidates.iter().map(|(edge, _)| (*edge).clone()).collect(),
             }),
         }
+    }
+
+    /// The frames that carry sonars, as far as transforms say.
+    fn carriers(&self) -> BTreeSet<&str> {
+        let of_ranges = self.sources.iter().map(|source| source.key.frame.as_str());
+        let of_clouds = self
+            .hits
+            .iter()
+            .map(|(_, _, cloud)| cloud.frame_id.as_str());
+        let frames: BTreeSet<&str> = of_ranges.chain(of_clouds).collect();
+        frames
+            .into_iter()
+            .filter_map(|frame| self.transforms.carrier(frame, ""))
+            .collect()
     }
 
     /// The frames that may be the robot's: the one asked for; or those among the candidates' that carry
@@ -161,17 +192,8 @@ impl Gatherer {
         if let Some(frame) = &config.input.robot_frame {
             return BTreeSet::from([frame.as_str()]);
         }
-        let of_ranges = self.sources.iter().map(|source| source.key.frame.as_str());
-        let of_clouds = self
-            .hits
-            .iter()
-            .map(|(_, _, cloud)| cloud.frame_id.as_str());
-        let frames: BTreeSet<&str> = of_ranges.chain(of_clouds).collect();
-        let carriers: BTreeSet<&str> = frames
-            .into_iter()
-            .filter_map(|frame| self.transforms.carrier(frame, ""))
-            .filter(|carrier| children.contains(carrier))
-            .collect();
+        let mut carriers = self.carriers();
+        carriers.retain(|carrier| children.contains(carrier));
         let like_base = || -> BTreeSet<&str> {
             let base = children.iter().filter(|child| child.starts_with("base"));
             base.copied().collect()
@@ -181,5 +203,70 @@ impl Gatherer {
             (true, base) if !base.is_empty() => base,
             _ => children,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    use super::*;
+    use crate::log::messages::{Content, RangeMessage};
+
+    /// A log with a sonar on `base_link` and these transforms between frames, which all move.
+    fn log(edges: &[(&str, &str)]) -> Gatherer {
+        let mut gatherer = Gatherer::default();
+        let transform = |parent: &str, child: &str, x: f64| TransformMessage {
+            stamp_ns: 1,
+            parent: parent.to_owned(),
+            child: child.to_owned(),
+            parent_from_child: Some(Isometry3::from_parts(
+                Translation3::new(x, 0.0, 0.0),
+                UnitQuaternion::identity(),
+            )),
+        };
+        let fixed = vec![transform("base_link", "sonar", 0.1)];
+        gatherer.take(Role::Transform, "/tf_static", 0, Content::Transforms(fixed));
+        for step in 0..10 {
+            for (parent, child) in edges {
+                let moved = vec![transform(parent, child, f64::from(step))];
+                gatherer.take(Role::Transform, "/tf", 1, Content::Transforms(moved));
+            }
+        }
+        let range = RangeMessage::plain(1, "sonar", 1.0);
+        gatherer.take(Role::Range, "/sonar", 1, Content::Ranges(vec![range]));
+        gatherer
+    }
+
+    fn chosen(edges: &[(&str, &str)], config: &Config) -> Result<Option<String>, LogError> {
+        let chosen = log(edges).by_transforms(config, "log");
+        chosen.map(|chosen| chosen.map(|c| format!("{} in {}", c.robot_frame, c.world_frame)))
+    }
+
+    #[test]
+    fn what_the_robot_carries_and_the_way_back_are_no_odometry() {
+        let config = Config::default();
+        let of = |edges: &[(&str, &str)]| chosen(edges, &config).unwrap();
+        assert_eq!(of(&[("odom", "base_link")]).unwrap(), "base_link in odom");
+        assert_eq!(of(&[("base_link", "head")]), None);
+        assert_eq!(of(&[("base_link", "odom")]), None);
+        assert_eq!(of(&[("base_link", "left"), ("base_link", "right")]), None);
+        assert_eq!(of(&[("base_link", "arm"), ("arm", "hand")]), None);
+        let all = [
+            ("map", "odom"),
+            ("odom", "base_link"),
+            ("base_link", "head"),
+        ];
+        assert_eq!(of(&all).unwrap(), "base_link in odom");
+    }
+
+    #[test]
+    fn a_robots_frame_that_nothing_moves_is_refused() {
+        let mut config = Config::default();
+        config.input.robot_frame = Some("nope".to_owned());
+        let error = chosen(&[("odom", "base_link")], &config).unwrap_err();
+        let said = error.to_string();
+        assert!(said.contains("no transform moves `nope`"), "{said}");
+        assert!(said.contains("`base_link` in `odom`"), "{said}");
     }
 }

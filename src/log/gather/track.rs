@@ -161,6 +161,14 @@ impl Gatherer {
                 topics: self.tracks.keys().cloned().collect(),
             });
         }
+        for topic in self
+            .tracks
+            .iter()
+            .filter(|(_, t)| t.len() == 0)
+            .map(|(topic, _)| topic)
+        {
+            notes::refuse(channels, topic, notes::NO_POSE.to_owned());
+        }
         let chosen = self
             .tracks
             .pop_first()

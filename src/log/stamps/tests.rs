@@ -100,6 +100,7 @@ fn a_clock_set_back_with_the_recorders_is_told_from_parts_in_another_order() {
     let text = returned(&[&set_back], &set_back).unwrap();
     assert!(text.contains("once, by up to 4.900 s"), "{text}");
     assert!(text.contains("twice at 4.900 s of the log"), "{text}");
+    assert!(text.contains("; --end "), "{text}");
     let far_back = clock(both(1000..1100).chain(both(100..200)));
     let text = returned(&[&far_back], &far_back).unwrap();
     assert!(text.contains("leave a hole of 80.100 s"), "{text}");
