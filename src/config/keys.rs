@@ -3,6 +3,7 @@
 mod table;
 
 pub use table::KEYS;
+use toml_writer::{ToTomlKey, TomlKeyBuilder};
 
 /// How a value is written in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +95,41 @@ impl std::fmt::Display for Bounds {
             Self::Between(low, high) => write!(f, "above {low} and below {high}"),
             Self::Above(low) => write!(f, "above {low}"),
             Self::AtLeast(low) => write!(f, "at least {low}"),
+        }
+    }
+}
+/// A part of a key in quotes, on one line whatever it holds.
+pub fn quoted(part: &str) -> String {
+    TomlKeyBuilder::new(part).as_basic().to_toml_key()
+}
+
+/// A part of a key as TOML has it: in quotes where it must be.
+pub fn part(part: &str) -> String {
+    let bare = TomlKeyBuilder::new(part).as_unquoted();
+    bare.map_or_else(|| quoted(part), |bare| bare.to_toml_key())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_name_is_a_key() {
+        for name in [
+            "sonar_00",
+            "a b",
+            "a\nb",
+            "\u{1b}[31m",
+            "\"\\'",
+            "\u{85}\t",
+            "",
+        ] {
+            for key in [quoted(name), part(name)] {
+                let text = format!("[sonar.{key}]\nx = 1");
+                let table: toml::Table = text.parse().unwrap();
+                let sonars = table.get("sonar").unwrap().as_table().unwrap();
+                assert_eq!(sonars.keys().collect::<Vec<_>>(), [name], "{text}");
+            }
         }
     }
 }

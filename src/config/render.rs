@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::Config;
 use super::file::to_table;
-use super::keys::{KEYS, Key};
+use super::keys::{self, KEYS, Key};
 
 /// The configuration as a commented `tmam.toml`; [`super::file::parse`] gives the same
 /// configuration back.
@@ -61,7 +61,7 @@ fn render_named(table: &Table, section: &str, example: &str, about: &str) -> Str
     let mut text = String::new();
     let named = table.get(section).and_then(Value::as_table);
     for (name, known) in named.into_iter().flatten() {
-        let _ = write!(text, "\n[{section}.{}]\n", Value::String(name.clone()));
+        let _ = write!(text, "\n[{section}.{}]\n", keys::quoted(name));
         for (leaf, doc) in keys() {
             if let Some(value) = known.get(leaf) {
                 let line = format!("{leaf} = {value}");

@@ -6,6 +6,7 @@ use toml::Value;
 
 use super::trial::wider_gap;
 use super::{Info, Verdict};
+use crate::config::keys;
 use crate::legible::one_line;
 use crate::log::LogError;
 use crate::log::survey::{PLACEHOLDER_BEAM_WIDTH, PLACEHOLDER_MAX_RANGE};
@@ -153,7 +154,7 @@ fn sonars(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
     }
     let mut explained = false;
     for sonar in &info.sonars {
-        let section = format!("sonar.{}", quoted(&sonar.name));
+        let section = format!("sonar.{}", keys::quoted(&sonar.name));
         let missing = obstacles.iter().find_map(|obstacle| match obstacle {
             LogError::NoMount(missing) if missing.sonar == sonar.name => Some(missing),
             _ => None,
@@ -237,22 +238,6 @@ fn rings(sections: &mut Sections, obstacles: &[LogError]) {
     }
 }
 
-/// A name as a string of one line, as a key has to be.
-fn quoted(name: &str) -> String {
-    let mut quoted = String::from('"');
-    for character in name.chars() {
-        match character {
-            '"' | '\\' => quoted.extend(['\\', character]),
-            _ if character.is_control() => {
-                let _ = write!(quoted, "\\u{:04X}", u32::from(character));
-            }
-            _ => quoted.push(character),
-        }
-    }
-    quoted.push('"');
-    quoted
-}
-
 /// A number as short as the file had it: ranges are single floats there.
 fn short(number: f64) -> String {
     let single = number as f32;
@@ -266,27 +251,4 @@ fn short(number: f64) -> String {
 /// Degrees without the dust of the conversion.
 fn degrees(radians: f64) -> Value {
     Value::Float(libm::round(radians.to_degrees() * 1e9) / 1e9)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn any_name_is_a_key() {
-        for name in [
-            "sonar_00",
-            "a b",
-            "a\nb",
-            "\u{1b}[31m",
-            "\"\\'",
-            "\u{85}\t",
-            "",
-        ] {
-            let text = format!("[sonar.{}]\nx = 1", quoted(name));
-            let table: toml::Table = text.parse().unwrap();
-            let sonars = table.get("sonar").unwrap().as_table().unwrap();
-            assert_eq!(sonars.keys().collect::<Vec<_>>(), [name], "{text}");
-        }
-    }
 }

@@ -1,9 +1,9 @@
 //! What to look into when a replay came out badly.
 
+use crate::config::keys;
 use crate::observer::Setting;
 use crate::replay::Outcome;
 use crate::scatter::VarianceFrom;
-use crate::sweep::axes::quoted_part;
 
 /// Of the triples that say something, more than this share fits neither model where something is
 /// wrong with poses or mounts.
@@ -50,7 +50,7 @@ pub fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) ->
     if let Some(sonar) = setting.sonars.first() {
         let yaw = sonar.robot_from_sensor.yaw.to_degrees();
         let [low, high] = [yaw - TURN, yaw + TURN].map(|yaw| (yaw * 10.0).round() / 10.0 + 0.0);
-        let key = format!("sonar.{}.yaw", quoted_part(&sonar.name));
+        let key = format!("sonar.{}.yaw", keys::part(&sonar.name));
         let mark = if key.contains('"') { "'" } else { "" };
         text.push_str(&format!(
             "  tmam sweep {named} --set {mark}{key}={low}:{high}:2.5{mark}    # likewise the other sonars\n"

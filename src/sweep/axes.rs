@@ -134,7 +134,7 @@ impl Axis {
 
     /// The key as TOML has it.
     pub fn key(&self) -> String {
-        let quoted: Vec<String> = self.path.iter().map(|part| quoted_part(part)).collect();
+        let quoted: Vec<String> = self.path.iter().map(|part| keys::part(part)).collect();
         quoted.join(".")
     }
 
@@ -193,16 +193,6 @@ fn path(table: &Table) -> Vec<String> {
         };
     }
     parts
-}
-
-/// A part of a key as TOML has it: in quotes where it must be.
-pub fn quoted_part(part: &str) -> String {
-    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !part.is_empty() && part.chars().all(is_bare) {
-        part.to_owned()
-    } else {
-        Value::String(part.to_owned()).to_string()
-    }
 }
 
 /// The values of `A:B:STEP` with both ends, of a list with commas, or of a single number.
