@@ -202,6 +202,8 @@ pub struct Departures {
     pub end_at_corners: bool,
     /// At the end of the log, features are fitted anew to all readings that they alone explain.
     pub gather: bool,
+    /// After that, walls and the corners in which they meet are estimated together.
+    pub join_corners: bool,
 }
 
 /// What holds for every sonar whose messages do not say it.
@@ -258,6 +260,7 @@ impl Departures {
         confirm: false,
         end_at_corners: false,
         gather: false,
+        join_corners: false,
     };
 }
 

@@ -121,6 +121,7 @@ impl Default for Departures {
             confirm: true,
             end_at_corners: true,
             gather: true,
+            join_corners: true,
         }
     }
 }

@@ -1,16 +1,18 @@
 //! Fusion of extracted features with the registered ones.
 
+mod corners;
 mod ends;
 mod explained;
 mod gather;
 mod information;
 mod paper;
+mod settle;
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 use super::arc::Arc;
-use super::feature::{Action, MapFeature, Point, Segment, Shape, Status};
+use super::feature::{Action, MapFeature, Segment, Shape, Status};
 use crate::config::{Config, Departures, Map as Bounds};
 use crate::geometry::{angle_between, unit};
 
@@ -79,68 +81,6 @@ impl Map {
             feature,
             absorbed: Vec::new(),
         }
-    }
-
-    /// The end of the log: a feature of a single run stays tentative if another one with more
-    /// support looks like it or explains all its readings. Returns what changed.
-    pub fn settle(&mut self, arcs: &[Arc]) -> Vec<MapFeature> {
-        let doubtful = |lone: &MapFeature, arcs: &[Arc]| {
-            let stronger = |f: &&MapFeature| {
-                f.status == Status::Confirmed && f.runs > 1 && f.readings > lone.readings
-            };
-            self.features.iter().filter(stronger).any(|other| {
-                alike(other, lone, self.bounds.match_distance)
-                    || explained::explains(&other.shape, arcs)
-            })
-        };
-        let confirmed = self
-            .features
-            .iter()
-            .filter(|f| f.status == Status::Confirmed);
-        let mut settled: Vec<MapFeature> = confirmed
-            .filter(|f| self.lone.get(&f.id).is_some_and(|arcs| doubtful(f, arcs)))
-            .map(|feature| MapFeature {
-                status: Status::Tentative,
-                ..*feature
-            })
-            .collect();
-        self.put(&settled);
-        settled.extend(self.end_walls());
-        if self.departures.gather {
-            let gathered = {
-                let ending = self.departures.end_at_corners;
-                gather::gather(&self.features, arcs, &self.bounds, ending)
-            };
-            self.put(&gathered);
-            settled.extend(gathered);
-            settled.extend(self.end_walls());
-        }
-        settled
-    }
-
-    fn put(&mut self, changed: &[MapFeature]) {
-        for changed in changed {
-            if let Some(feature) = self.features.iter_mut().find(|f| f.id == changed.id) {
-                *feature = *changed;
-            }
-        }
-    }
-
-    /// Ends walls at the confirmed points on them.
-    fn end_walls(&mut self) -> Vec<MapFeature> {
-        if !self.departures.end_at_corners {
-            return Vec::new();
-        }
-        let points = confirmed_points(&self.features);
-        let mut changed = Vec::new();
-        for feature in &mut self.features {
-            let cut = ends::cut(feature.shape, &points);
-            if cut != feature.shape {
-                feature.shape = cut;
-                changed.push(*feature);
-            }
-        }
-        changed
     }
 
     fn merge(&mut self, known: MapFeature, shape: Shape, readings: u32) -> Fused {
@@ -234,16 +174,6 @@ pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
                 .any(|other| alike(other, feature, match_distance))
         })
         .count()
-}
-
-fn confirmed_points(features: &[MapFeature]) -> Vec<Point> {
-    let confirmed = features.iter().filter(|f| f.status == Status::Confirmed);
-    confirmed
-        .filter_map(|feature| match feature.shape {
-            Shape::Point(point) => Some(point),
-            Shape::Line(_) => None,
-        })
-        .collect()
 }
 
 fn alike(a: &MapFeature, b: &MapFeature, match_distance: f64) -> bool {

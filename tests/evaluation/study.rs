@@ -114,7 +114,7 @@ fn ten_times_round() -> Path {
 }
 
 /// The switches of the noise-aware rule.
-const SWITCHES: [&str; 10] = [
+const SWITCHES: [&str; 11] = [
     "label_by_opinion",
     "converge",
     "reject_misfits",
@@ -125,6 +125,7 @@ const SWITCHES: [&str; 10] = [
     "confirm",
     "end_at_corners",
     "gather",
+    "join_corners",
 ];
 
 /// The rules that are compared, each with nothing else changed.

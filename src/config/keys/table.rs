@@ -280,6 +280,12 @@ pub const KEYS: &[Key] = &[
         "at the end, features from all readings that they alone explain",
     ),
     key(
+        "noise_aware.join_corners",
+        Plain,
+        Any,
+        "at the end, walls and the corners in which they meet together",
+    ),
+    key(
         "sonars.beam_width",
         Degrees,
         Between(0.0, 360.0),

@@ -7,7 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{alike, confirmed_points, ends, signed_like, spanning};
+use super::settle::confirmed_points;
+use super::{alike, ends, signed_like, spanning};
 use crate::config;
 use crate::tmam::arc::Arc;
 use crate::tmam::feature::{MapFeature, Shape, Status};

@@ -1,6 +1,7 @@
 use super::*;
 use crate::config::Rule;
 use crate::geometry::Vec2;
+use crate::tmam::feature::Point;
 use crate::tmam::fit::testing::arc;
 use nalgebra::Matrix2;
 use proptest::prelude::*;
