@@ -20,7 +20,7 @@ const FARTHEST: f64 = 3.0;
 /// would do.
 const FORETOLD: f64 = 0.05;
 /// Walls meet at 30 degrees or more: the sine of the angle between them.
-const STEEPEST: f64 = 0.5;
+const SHALLOWEST: f64 = 0.5;
 /// Walls that are estimated together, at most; their covariances with each other are held.
 const MOST_WALLS: usize = 256;
 
@@ -36,7 +36,7 @@ pub fn join(features: &[MapFeature]) -> Vec<MapFeature> {
         let Some([a, b]) = walls.places(&corner.walls) else {
             continue;
         };
-        if walls.meet_in(a, b, &corner.point) {
+        if walls.measure(a, b, &corner.point).is_some() {
             joined.push((corner.feature, a, b));
         }
     }
@@ -148,7 +148,7 @@ impl Meeting {
     /// `None` where they are nearly parallel.
     fn of(a: &Wall, b: &Wall) -> Option<Self> {
         let (normal_a, normal_b) = (unit(a.local.y), unit(b.local.y));
-        if normal_a.perp(&normal_b).abs() < STEEPEST {
+        if normal_a.perp(&normal_b).abs() < SHALLOWEST {
             return None;
         }
         let normals = Matrix2::new(normal_a.x, normal_a.y, normal_b.x, normal_b.y);
@@ -229,12 +229,8 @@ impl Walls {
         .collect()
     }
 
-    /// Takes a point as a measurement of where walls `a` and `b` meet; whether it can be one.
-    fn meet_in(&mut self, a: usize, b: usize, point: &Point) -> bool {
-        self.measured(a, b, point).is_some()
-    }
-
-    fn measured(&mut self, a: usize, b: usize, point: &Point) -> Option<()> {
+    /// Takes a point as a measurement of where walls `a` and `b` meet; `None` where it can be none.
+    fn measure(&mut self, a: usize, b: usize, point: &Point) -> Option<()> {
         let meeting = Meeting::of(self.walls.get(a)?, self.walls.get(b)?)?;
         let (corner, foretold) = self.corner(a, b)?;
         let off = point.position - corner;
