@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::golden::{Collector, LogInfo, Results, digest};
+use crate::golden::{Collector, LogInfo, Results};
 use crate::log::{self, Log};
 use crate::observer::Observer;
 use crate::replay::Replay;
@@ -38,10 +38,7 @@ pub fn replay(path: &Path, config: &Config) -> Result<Replayed, Error> {
         (collector.finish(&outcome), outcome.tally.echoes)
     };
     Ok(Replayed {
-        info: LogInfo {
-            file: log.file.clone(),
-            events_sha256: digest(&log.events),
-        },
+        info: LogInfo::of(&log),
         log,
         results,
         echoes,

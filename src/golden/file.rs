@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::digest::digest;
 use super::error::GoldenError;
 use super::label_table::LabelTable;
 use super::layout::render;
@@ -13,6 +14,7 @@ use super::tolerance::{Tolerance, ToleranceError};
 use super::unrecorded::{absent_under, unrecorded};
 use crate::config::Config;
 use crate::config::file::{ConfigError, check};
+use crate::log::Log;
 use crate::schema::{Relation, in_words, of_file, relation};
 
 /// The format's name and version.
@@ -51,6 +53,16 @@ pub struct LogInfo {
     pub file: String,
     /// [`digest`](super::digest()) of its events.
     pub events_sha256: String,
+}
+
+impl LogInfo {
+    /// Of a log that was read.
+    pub fn of(log: &Log) -> Self {
+        Self {
+            file: log.file.clone(),
+            events_sha256: digest(&log.events),
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
