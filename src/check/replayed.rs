@@ -35,7 +35,11 @@ pub fn replay(path: &Path, config: &Config) -> Result<Replayed, Error> {
             let mut observers: Vec<&mut dyn Observer> = vec![&mut collector];
             replay.run(&mut observers)?
         };
-        (collector.finish(&outcome), outcome.tally.echoes)
+        let results = Results {
+            measured_sigma: replay.measured_sigma(),
+            ..collector.finish(&outcome)
+        };
+        (results, outcome.tally.echoes)
     };
     Ok(Replayed {
         info: LogInfo::of(&log),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::artifacts::{Artifacts, artifacts_of};
 use super::bless::bless;
 use super::judge::judge;
-use super::partition::Partition;
+use super::partition::{Partition, PartitionError};
 use super::{Report, Verdict};
 use crate::golden::{Tolerance, ToleranceError, is_set};
 use crate::output::OutputError;
@@ -40,7 +40,7 @@ pub struct Options {
 
 impl Options {
     /// Refuses reports in the place of a log, of a golden file, of what is kept of a log, or of each
-    /// other.
+    /// other; `json` goes to standard output.
     ///
     /// # Errors
     /// The file that would be destroyed.
@@ -48,6 +48,7 @@ impl Options {
         &self,
         junit: Option<&Path>,
         summary: Option<&Path>,
+        json: bool,
     ) -> Result<(), OutputsError> {
         // Two logs with one golden file are refused elsewhere, with better words.
         let golden: BTreeSet<PathBuf> = self
@@ -60,9 +61,10 @@ impl Options {
             .iter()
             .flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)))
             .collect();
+        let json = json.then(|| Path::new("-"));
         let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
         let written = golden.iter().chain(&kept).map(|path| Some(path.as_path()));
-        let outputs: Vec<Option<&Path>> = written.chain([junit, summary]).collect();
+        let outputs: Vec<Option<&Path>> = written.chain([junit, summary, json]).collect();
         refuse_collisions(&inputs, &outputs)
     }
 }
@@ -83,6 +85,12 @@ pub enum CheckError {
         /// Their golden file.
         golden: PathBuf,
     },
+    /// One log is given twice.
+    #[error("{} is given twice; give each log once", log.display())]
+    SameLog {
+        /// The log.
+        log: PathBuf,
+    },
     /// There are no golden files.
     #[error("there is no directory {}; look at --golden, or make it with --bless", path.display())]
     NoGoldenDirectory {
@@ -95,6 +103,9 @@ pub enum CheckError {
          commit the files, or give --force"
     )]
     BlessInCi,
+    /// The part of the suite.
+    #[error(transparent)]
+    Partition(#[from] PartitionError),
     /// A tolerance.
     #[error(transparent)]
     Tolerance(#[from] ToleranceError),
@@ -144,6 +155,9 @@ impl Suite {
         for log in &options.logs {
             let golden = golden_file(&options.golden, log);
             if let Some(other) = jobs.insert(golden.clone(), log.clone()) {
+                if same_file(&other, log) {
+                    return Err(CheckError::SameLog { log: log.clone() });
+                }
                 return Err(CheckError::SameGolden {
                     one: other,
                     other: log.clone(),
@@ -224,6 +238,13 @@ impl Job {
             artifacts: Vec::new(),
             recording: None,
         }
+    }
+}
+
+fn same_file(one: &Path, other: &Path) -> bool {
+    match (one.canonicalize(), other.canonicalize()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => one == other,
     }
 }
 

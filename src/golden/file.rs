@@ -75,6 +75,8 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     config: Option<Config>,
     tolerances: Tolerance,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    measured_sigma: Option<f64>,
     map: Rows,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     features: Option<Rows>,
@@ -154,6 +156,7 @@ impl Golden {
             log: self.log.clone(),
             config: self.config.clone(),
             tolerances: self.tolerances,
+            measured_sigma: self.results.measured_sigma,
             map: self.results.map.as_slice().into(),
             features: Some(Rows::from(self.results.extracted.as_slice()))
                 .filter(|_| self.log.is_some() || !self.results.extracted.is_empty()),
@@ -242,6 +245,7 @@ impl File {
                 map: self.map.into(),
                 extracted: self.features.map(Vec::from).unwrap_or_default(),
                 labels,
+                measured_sigma: self.measured_sigma,
             },
         })
     }

@@ -17,12 +17,14 @@ mod diff;
 mod harmless;
 mod mutations;
 mod names;
+mod noise;
 mod noise_aware_mutations;
 mod overwriting;
 mod refusals;
 mod reports;
 mod rust;
 mod samples;
+mod usage;
 
 use std::path::{Path, PathBuf};
 

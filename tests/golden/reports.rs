@@ -68,7 +68,14 @@ fn junit_is_read_by_an_xml_reader_and_adds_up() {
         .children()
         .filter_map(|node| node.attribute("name"))
         .collect();
-    let kinds = ["log", "sonars", "map", "extracted features", "labels"];
+    let kinds = [
+        "log",
+        "range noise",
+        "sonars",
+        "map",
+        "extracted features",
+        "labels",
+    ];
     assert!(
         [&suites[0], &suites[1], &suites[2]]
             .iter()
