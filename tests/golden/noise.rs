@@ -1,25 +1,58 @@
 //! The noise that the ranges tell themselves is held, too: all of the noise-aware rule hangs on it.
 
-use serde_json::Value;
+use crate::support::{Bench, Message, rewrite, sample};
+use crate::{report, tmam};
 
-use crate::support::{Message, rewrite, sample};
-use crate::{bench_with, path_of, report, tmam};
+/// The sample without the variances in its messages, so that the ranges must tell the noise; `spread`:
+/// how far they are moved at random, metres.
+fn untold(spread: f32) -> Vec<u8> {
+    /// Where range and variance lie in a `sensor_msgs/Range` in CDR.
+    const RANGE_FROM_END: usize = 8;
+    const VARIANCE_FROM_END: usize = 4;
+    let seen = std::cell::Cell::new(0_u32);
+    let change = |mut message: Message| {
+        if message.topic.starts_with("/sonar/") {
+            let next = seen.get().wrapping_mul(1_664_525);
+            seen.set(next.wrapping_add(1_013_904_223));
+            let at = message.data.len() - RANGE_FROM_END;
+            let range = &mut message.data[at..at + 4];
+            let measured = f32::from_le_bytes(range.try_into().unwrap());
+            let error = ((seen.get() >> 8) as f32 / (1 << 24) as f32 - 0.5) * spread;
+            range.copy_from_slice(&(measured + error).to_le_bytes());
+            let at = message.data.len() - VARIANCE_FROM_END;
+            message.data[at..].fill(0);
+        }
+        vec![message]
+    };
+    rewrite(
+        &sample("room_drive.mcap"),
+        mcap::WriteOptions::new(),
+        change,
+    )
+}
 
-const SAMPLE: &str = "noise_aware/room_drive";
+const CHECK: [&str; 4] = ["check", "untold.mcap", "--golden", "golden"];
+const GOLDEN: &str = "golden/untold.golden.json";
 
-/// The sample's golden file, which must hold a measured noise, with another one in it.
-fn with_sigma(change: impl Fn(f64) -> Value) -> (i32, Value) {
-    let bench = bench_with(SAMPLE, |file| {
-        let sigma = file["measured_sigma"].as_f64().unwrap();
-        file["measured_sigma"] = change(sigma);
-    });
-    report(&bench, &sample("room_drive.mcap"))
+/// A directory with such a log and its golden file.
+fn blessed() -> Bench {
+    let bench = Bench::new();
+    bench.put("untold.mcap", untold(0.0));
+    let run = tmam(&bench, &[&CHECK[..], &["--bless"]].concat(), &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    bench
 }
 
 #[test]
 fn noise_that_is_measured_otherwise_is_a_difference_that_says_so() {
-    for (factor, code) in [(1.04, 0), (1.2, 1), (0.5, 1)] {
-        let (found, said) = with_sigma(|sigma| (sigma * factor).into());
+    let bench = blessed();
+    let golden = bench.json(GOLDEN);
+    let sigma = golden["measured_sigma"].as_f64().unwrap();
+    for (factor, code) in [(1.0, 0), (1.03, 0), (1.2, 1), (0.5, 1)] {
+        let mut file = golden.clone();
+        file["measured_sigma"] = (sigma * factor).into();
+        bench.put(GOLDEN, file.to_string());
+        let (found, said) = report(&bench, &bench.path("untold.mcap"));
         assert_eq!(found, code, "{factor}: {said:#}");
         let all = said["logs"][0]["differences"].as_array().unwrap();
         let kinds: Vec<_> = all
@@ -40,14 +73,14 @@ fn noise_that_is_measured_otherwise_is_a_difference_that_says_so() {
 
 #[test]
 fn a_golden_file_without_it_is_noted_and_gets_it_when_blessed() {
-    let bench = bench_with(SAMPLE, |file| {
-        file.as_object_mut()
-            .unwrap()
-            .remove("measured_sigma")
-            .unwrap();
-    });
-    let log = path_of("room_drive.mcap");
-    let run = tmam(&bench, &["check", &log, "--golden", "golden"], &[]);
+    let bench = blessed();
+    let mut file = bench.json(GOLDEN);
+    file.as_object_mut()
+        .unwrap()
+        .remove("measured_sigma")
+        .unwrap();
+    bench.put(GOLDEN, file.to_string());
+    let run = tmam(&bench, &CHECK, &[]);
     assert_eq!(run.code, 0, "{}", run.stdout);
     assert!(
         run.stdout
@@ -55,39 +88,18 @@ fn a_golden_file_without_it_is_noted_and_gets_it_when_blessed() {
         "{}",
         run.stdout
     );
-    let bless = ["check", &log, "--golden", "golden", "--bless"];
-    assert_eq!(tmam(&bench, &bless, &[]).code, 0);
-    assert!(bench.json("golden/room_drive.golden.json")["measured_sigma"].is_f64());
+    assert_eq!(
+        tmam(&bench, &[&CHECK[..], &["--bless"]].concat(), &[]).code,
+        0
+    );
+    assert!(bench.json(GOLDEN)["measured_sigma"].is_f64());
 }
 
 #[test]
 fn a_log_that_became_noisier_is_said_to_be() {
-    /// Where the range lies in a `sensor_msgs/Range` in CDR: before the variance.
-    const RANGE_FROM_END: usize = 8;
-    let bench = bench_with(SAMPLE, |_| {});
-    let seen = std::cell::Cell::new(0_u32);
-    let noisier = |mut message: Message| {
-        if message.topic.starts_with("/sonar/") {
-            seen.set(
-                seen.get()
-                    .wrapping_mul(1_664_525)
-                    .wrapping_add(1_013_904_223),
-            );
-            let at = message.data.len() - RANGE_FROM_END;
-            let range = &mut message.data[at..at + 4];
-            let measured = f32::from_le_bytes(range.try_into().unwrap());
-            let error = ((seen.get() >> 8) as f32 / (1 << 24) as f32 - 0.5) * 0.02;
-            range.copy_from_slice(&(measured + error).to_le_bytes());
-        }
-        vec![message]
-    };
-    let log = rewrite(
-        &sample("room_drive.mcap"),
-        mcap::WriteOptions::new(),
-        noisier,
-    );
-    let (code, said) = report(&bench, &bench.put("room_drive.mcap", log));
-    assert_eq!(code, 1, "{said:#}");
+    let bench = blessed();
+    let (code, said) = report(&bench, &bench.put("untold.mcap", untold(0.02)));
+    assert_eq!(code, 1);
     let all = said["logs"][0]["differences"].as_array().unwrap();
     let noise: Vec<_> = all.iter().filter(|one| one["kind"] == "noise").collect();
     assert_eq!(noise.len(), 1, "{all:#?}");

@@ -128,7 +128,7 @@ fn an_error_is_a_paragraph_whatever_a_file_is_called() {
     for arguments in [
         &["info", name][..],
         &["replay", name],
-        &["diff", name, "b.json"],
+        &["diff", name, "golden/room_step.golden.json"],
         &["check", name, name, "--golden", "golden"],
         &["check", name, "--golden", "golden", "--junit", name],
     ] {
