@@ -138,10 +138,9 @@ impl Found {
         for (path, place) in [(FEATURES, &mut self.features), (LABELS, &mut self.labels)] {
             if position(columns, path).is_some()
                 && let Some(text) = ours(columns)
+                && place.replace(whole_json(text)?).is_some()
             {
-                if place.replace(whole_json(text)?).is_some() {
-                    return Err(CarriedError::Several);
-                }
+                return Err(CarriedError::Several);
             }
         }
         Ok(())
