@@ -50,8 +50,12 @@ fn recordings_are_compared_by_the_results_that_they_carry() {
     assert!(of_logs.len() > 10, "{of_logs:?}");
     assert_eq!(found(&["drive.rrd", "other.rrd"]), of_logs);
 
+    let evaluate = "evaluate {} --rule paper --gamma 8 -o evaluated.rrd";
+    assert_eq!(bench.tmam(&sample("room_drive.mcap"), evaluate).code, 0);
+
     for (a, b, code) in [
         ("drive.rrd", "drive.rrd", 0),
+        ("drive.rrd", "evaluated.rrd", 0),
         ("drive.rrd", "drive.features.json", 0),
         ("drive.rrd", log.as_str(), 0),
         (&log, "drive.rrd", 0),
