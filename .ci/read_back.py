@@ -30,7 +30,8 @@ def close(a, b):
 
 def main(recording, trace, features):
     rows = [json.loads(line) for line in open(trace)]
-    features = json.load(open(features))
+    text = open(features).read()
+    features = json.loads(text)
     server = rr.server.Server(datasets={"run": [recording]})
     dataset = server.client().get_dataset("run")
 
@@ -130,6 +131,10 @@ def main(recording, trace, features):
             for strip in drawn["lines"]
         )
         check(same, "map line", line["id"], ends)
+
+    # The features file is carried to the byte.
+    carried = read("/run/features", index=None)["/run/features:TextDocument:text"]
+    check(carried.to_pylist()[0] == [text], "features file")
 
     for difference in wrong[:20]:
         print("differs:", *difference, file=sys.stderr)

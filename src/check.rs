@@ -7,6 +7,7 @@
 pub mod annotations;
 mod artifacts;
 mod bless;
+mod error;
 pub mod json;
 mod judge;
 pub mod junit;
@@ -21,10 +22,11 @@ pub mod text;
 
 use std::path::PathBuf;
 
+pub use error::CheckError;
 pub use partition::{Partition, PartitionError};
 pub use replayed::{Replayed, replay};
 pub use report_files::ReportFiles;
-pub use suite::{CheckError, Options, Suite};
+pub use suite::{Options, Suite};
 
 use crate::error::{DIFFERS, DONE, INCOMPLETE, UNUSABLE};
 use crate::golden::{Comparison, Golden, Results};

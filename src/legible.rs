@@ -1,6 +1,7 @@
 //! Text that may hold names from a log, as a terminal can show it.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 /// Longer lines are cut, characters.
@@ -58,6 +59,25 @@ pub fn one_line(text: &str) -> Cow<'_, str> {
     } else {
         Cow::Borrowed(text)
     }
+}
+
+/// The text with what was typed, such as the name of a file, on one line each: an error is a paragraph
+/// of its own making.
+pub fn typed_on_one_line<S: AsRef<str>>(text: &str, typed: impl IntoIterator<Item = S>) -> String {
+    let mut names = BTreeSet::new();
+    for argument in typed {
+        for part in argument.as_ref().split(['/', '=']) {
+            // What was made from a name has another extension.
+            let stem = part.rsplit_once('.').map_or(part, |(stem, _)| stem);
+            let parts = [part, stem].into_iter().filter(|part| part.contains('\n'));
+            names.extend(parts.map(str::to_owned));
+        }
+    }
+    let mut names: Vec<String> = names.into_iter().collect();
+    names.sort_by_key(|name| std::cmp::Reverse(name.len()));
+    names.iter().fold(text.to_owned(), |text, name| {
+        text.replace(name.as_str(), &one_line(name))
+    })
 }
 
 /// The first characters of every word and of the whole, the blanks between words as they are.
@@ -137,6 +157,18 @@ mod tests {
         assert_eq!(shortened("ab cd", 10, 5), "ab cd");
         assert_eq!(shortened(&"w".repeat(1_000_000), 100, 4000).len(), 103);
         assert!(shortened(&"w ".repeat(1_000_000), 100, 4000).len() <= 4003);
+    }
+
+    #[test]
+    fn what_was_typed_stays_on_its_line() {
+        let typed = |arguments: &[&str]| {
+            let text = "a\nb.mcap and g/a\nb.golden.json\nnext";
+            typed_on_one_line(text, arguments)
+        };
+        let one = "a\\nb.mcap and g/a\\nb.golden.json\nnext";
+        assert_eq!(typed(&["check", "--log=x/a\nb.mcap"]), one);
+        assert_eq!(typed(&["x/a\nb.mcap"]), one);
+        assert_eq!(typed(&["\n.\n"]).lines().count(), 1);
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! ```
 
 pub mod assignment;
+pub mod carried;
 pub mod check;
 pub mod cli;
 pub mod config;

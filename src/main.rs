@@ -5,13 +5,15 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use tmam_replay::cli::Cli;
-use tmam_replay::legible::legible;
+use tmam_replay::legible::{legible, typed_on_one_line};
 
 fn main() -> ExitCode {
     match Cli::parse().run() {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            let text = format!("error: {error}");
+            let typed = std::env::args_os();
+            let typed = typed.map(|argument| argument.to_string_lossy().into_owned());
+            let text = typed_on_one_line(&format!("error: {error}"), typed);
             let _ = writeln!(std::io::stderr(), "{}", legible(&text));
             ExitCode::from(error.exit_code())
         }

@@ -103,6 +103,18 @@ pub fn print(text: &str) -> Result<(), OutputError> {
     })
 }
 
+/// Prints to standard error, at once: where standard output is a report that stands alone.
+///
+/// # Errors
+/// Never: who does not read it misses nothing.
+pub fn print_aside(text: &str) -> Result<(), OutputError> {
+    let mut stderr = io::stderr().lock();
+    let _ = stderr
+        .write_all(text.as_bytes())
+        .and_then(|()| stderr.flush());
+    Ok(())
+}
+
 /// Makes the directory that a file is to be in, and those above it.
 ///
 /// # Errors

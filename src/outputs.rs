@@ -48,7 +48,10 @@ pub struct Written {
 #[derive(Debug, thiserror::Error)]
 pub enum OutputsError {
     /// Two outputs in one file would destroy each other, and one in the log's place the log.
-    #[error("{} is named twice; give the log and every output a name of its own", path.display())]
+    #[error(
+        "{} is named twice; give the log and every output a name of its own",
+        if is_stdout(path) { "standard output".into() } else { path.to_string_lossy() }
+    )]
     NamedTwice {
         /// The file.
         path: PathBuf,

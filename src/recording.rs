@@ -5,6 +5,7 @@
 mod about;
 mod arcs;
 mod blueprint;
+mod carried;
 mod closed;
 mod covariance;
 mod decided;
@@ -36,6 +37,7 @@ use rerun::components::TextLogLevel;
 use rerun::{RecordingInfo, Scale3D, Transform3D};
 
 use self::blueprint::Layout;
+pub use self::carried::{Carried, CarriedError};
 use self::closed::ClosedTables;
 use self::decided::DecidedTables;
 use self::encode::RrdWriter;
@@ -65,9 +67,7 @@ const USUAL_BEAM_WIDTH: f64 = 0.5;
 
 /// A Rerun recording being written.
 pub struct Recording<W: Write> {
-    // Taken at the end; `None` means that the file is closed.
-    out: Option<RrdWriter<W>>,
-    done: Option<W>,
+    out: RrdWriter<W>,
     // Whether the viewer's end is the recording's.
     only_live: bool,
     lost: Option<LiveError>,
@@ -124,7 +124,7 @@ impl<W: Write> Recording<W> {
 
     /// Starts a recording that an open viewer, where there is one, is shown as well. When it goes
     /// away that is an error where the recording is `only_live`; else it goes on without, and
-    /// [`lost`](Self::lost) says so.
+    /// [`close`](Self::close) says so.
     ///
     /// # Errors
     /// When `out` cannot be written to.
@@ -204,8 +204,7 @@ impl<W: Write> Recording<W> {
             overlay.note(setting.sonars, lines, &mut out)?;
         }
         Ok(Self {
-            out: Some(out),
-            done: None,
+            out,
             only_live,
             lost: None,
             lines,
@@ -230,14 +229,20 @@ impl<W: Write> Recording<W> {
         })
     }
 
-    /// The writer, flushed, once [`Observer::finish`] has closed the file.
-    pub fn into_inner(self) -> Option<W> {
-        self.done
-    }
-
-    /// Why the viewer was not shown everything.
-    pub fn lost(&self) -> Option<&LiveError> {
-        self.lost.as_ref()
+    /// Closes the file after [`Observer::finish`], with the results of the run in it where they are
+    /// `carried`; gives the writer back, flushed, and why the viewer was not shown everything.
+    ///
+    /// # Errors
+    /// When the rest cannot be written.
+    pub fn close(mut self, carried: Option<&Carried>) -> Result<(W, Option<LiveError>), Error> {
+        if let Some(carried) = carried {
+            carried.put(&mut self.out)?;
+        }
+        let (out, lost) = self.out.finish()?;
+        match lost {
+            Some(error) if self.only_live => Err(error.into()),
+            lost => Ok((out, self.lost.or(lost))),
+        }
     }
 
     /// Notes that the viewer has gone away.
@@ -253,9 +258,7 @@ impl<W: Write> Recording<W> {
     }
 
     fn watch(&mut self, frame: &Frame, step: &Step) -> Result<(), Error> {
-        let Some(out) = self.out.as_mut() else {
-            return Ok(());
-        };
+        let out = &mut self.out;
         let at = Moment {
             frame: i64::from(frame.index),
             stamp_ns: frame.stamp_ns,
@@ -280,15 +283,13 @@ impl<W: Write> Recording<W> {
         }
         self.digest(at, step)?;
         self.judge(at, step)?;
-        let lost = self.out.as_mut().and_then(RrdWriter::lost);
+        let lost = self.out.lost();
         self.lose(lost)
     }
 
     /// What a step decided, whether a frame came with it or not.
     fn digest(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
-        let Some(out) = self.out.as_mut() else {
-            return Ok(());
-        };
+        let out = &mut self.out;
         for (level, text) in std::mem::take(&mut self.opening) {
             self.log.note(at, level, text, self.lines, out)?;
         }
@@ -309,9 +310,9 @@ impl<W: Write> Recording<W> {
 
     /// What is wrong in a frame.
     fn judge(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
-        match (&mut self.truth, self.out.as_mut()) {
-            (Some(truth), Some(out)) => truth.push(at, &step.arcs, &mut self.log, self.lines, out),
-            _ => Ok(()),
+        match &mut self.truth {
+            Some(truth) => truth.push(at, &step.arcs, &mut self.log, self.lines, &mut self.out),
+            None => Ok(()),
         }
     }
 
@@ -324,17 +325,14 @@ impl<W: Write> Recording<W> {
             |(_, last)| last,
         );
         self.digest(last, step)?;
-        let Some(mut out) = self.out.take() else {
-            return Ok(());
-        };
-        let (lines, out_ref) = (self.lines, &mut out);
+        let (lines, out) = (self.lines, &mut self.out);
         while let Some(ready) = self.hold.drain() {
-            self.decided.write(&ready, &self.sonars, lines, out_ref)?;
+            self.decided.write(&ready, &self.sonars, lines, out)?;
             self.marks
-                .push(&ready, &self.overlay, &self.sonars, lines, out_ref)?;
+                .push(&ready, &self.overlay, &self.sonars, lines, out)?;
         }
         if let Some((first, last)) = self.span {
-            self.closed.push(last, lines, out_ref)?;
+            self.closed.push(last, lines, out)?;
             let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
             let [walls, points, tentative] = self.map.counts();
             let text = format!(
@@ -346,24 +344,23 @@ impl<W: Write> Recording<W> {
                 arcs("unidentified"),
                 self.suspects.count(),
             );
-            self.log
-                .note(last, TextLogLevel::INFO, text, lines, out_ref)?;
+            self.log.note(last, TextLogLevel::INFO, text, lines, out)?;
         }
         if let Some(truth) = &mut self.truth {
-            truth.finish(last, lines, out_ref)?;
+            truth.finish(last, lines, out)?;
         }
-        self.decided.flush(lines, out_ref)?;
-        self.marks.flush(lines, out_ref)?;
-        self.closed.flush(lines, out_ref)?;
-        self.map.flush(lines, out_ref)?;
-        self.robot.flush(lines, out_ref)?;
-        self.log.flush(lines, out_ref)?;
-        self.suspects.write(lines, out_ref)?;
+        self.decided.flush(lines, out)?;
+        self.marks.flush(lines, out)?;
+        self.closed.flush(lines, out)?;
+        self.map.flush(lines, out)?;
+        self.robot.flush(lines, out)?;
+        self.log.flush(lines, out)?;
+        self.suspects.write(lines, out)?;
         let ends: Vec<Moment> = self.span.iter().flat_map(|(a, b)| [*a, *b]).collect();
         let seen = &self.seen;
-        plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out_ref)?;
+        plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out)?;
         let layout = Layout {
-            bounds: Some(self.extent.bounds().seen_from(out_ref.origin())),
+            bounds: Some(self.extent.bounds().seen_from(out.origin())),
             frames: self
                 .span
                 .map_or(0, |(first, last)| last.frame - first.frame + 1),
@@ -375,10 +372,7 @@ impl<W: Write> Recording<W> {
             evaluated: self.truth.is_some(),
             first: self.overlay.first_frame,
         };
-        blueprint::put(&layout, out_ref)?;
-        let (done, lost) = out.finish()?;
-        self.done = Some(done);
-        self.lose(lost)
+        blueprint::put(&layout, out)
     }
 }
 

@@ -10,8 +10,8 @@ use crate::legible::legible;
 const MOST: usize = 10;
 
 /// A line per difference, as far as they are shown: one of each log first, then more of each. The
-/// last line counts what is not shown.
-pub fn annotations(reports: &[Report], strict: bool) -> String {
+/// last line counts what is not shown. The notes on the run as a whole are warnings.
+pub fn annotations(reports: &[Report], notes: &[String], strict: bool) -> String {
     let of_logs: Vec<Vec<String>> = reports
         .iter()
         .map(|report| {
@@ -32,6 +32,10 @@ pub fn annotations(reports: &[Report], strict: bool) -> String {
     for line in chosen(&of_logs) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{line}");
+    }
+    for note in notes.iter().take(MOST) {
+        let note = data(&legible(note));
+        let _ = writeln!(text, "::warning title=tmam check::{note}");
     }
     text
 }

@@ -7,6 +7,7 @@ use super::judge::unfit;
 use super::overlay::overlay;
 use super::replayed::{Replayed, replay};
 use super::suite::Job;
+use crate::carried::carried;
 use crate::config::Config;
 use crate::error::Error;
 use crate::golden::{Comparison, Golden, Tolerance, as_recorded};
@@ -45,11 +46,14 @@ impl Artifacts {
         let mut out = Output::create(&recording)?;
         let replay = Replay::new(&replayed.log, config)?;
         let over = overlay(golden, &replayed.results, comparison, self.around);
-        {
-            let mut recorder = Recording::overlaid(&mut out, replay.setting(), over)?;
-            let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder];
-            replay.run(&mut observers)?;
-        }
+        let setting = replay.setting();
+        let mut recorder = Recording::overlaid(&mut out, setting, over)?;
+        let outcome = replay.run(&mut [&mut recorder as &mut dyn Observer])?;
+        let labels = replayed.results.labels.as_ref();
+        let carried = labels
+            .map(|labels| carried(&setting, &outcome, &replayed.info, labels))
+            .transpose()?;
+        recorder.close(carried.as_ref())?;
         out.commit()?;
         Ok((vec![new, recording.clone()], recording))
     }

@@ -3,6 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::{Report, exit_code};
+use crate::error::UNUSABLE;
 use crate::golden::{
     Change, Difference, FeatureDifference, LabelChange, LabelRun, Margin, Set, State, Value,
     describe,
@@ -20,6 +21,18 @@ pub fn json(reports: &[Report], notes: &[String]) -> Json {
         "exit_code": exit_code(reports),
         "notes": notes,
         "logs": reports.iter().map(log).collect::<Vec<_>>(),
+    })
+}
+
+/// The report of a run that did not begin.
+pub fn refused(why: &impl std::fmt::Display) -> Json {
+    json!({
+        "schema": SCHEMA,
+        "tool": {"name": "tmam", "version": env!("CARGO_PKG_VERSION")},
+        "exit_code": UNUSABLE,
+        "reason": why.to_string(),
+        "notes": [],
+        "logs": [],
     })
 }
 
@@ -50,6 +63,7 @@ pub fn difference(one: &Difference) -> Json {
         Difference::Log { golden, actual } => {
             json!({"kind": "log", "golden": golden, "actual": actual})
         }
+        Difference::Noise(noise) => json!({"kind": "noise", "changes": [change(noise)]}),
         Difference::Sonar(sonar) => json!({
             "kind": "sonar", "sensor": sonar.sensor,
             "changes": sonar.changes.iter().map(change).collect::<Vec<_>>(),

@@ -8,7 +8,7 @@ use super::suite::Job;
 use super::{Found, Report, Verdict};
 use crate::config::Config;
 use crate::error::{Error, INCOMPLETE};
-use crate::golden::{Difference, Golden, compare};
+use crate::golden::{Difference, Golden, Results, compare};
 use crate::legible::inert_line;
 use crate::log::{self, itemised};
 use crate::replay::ReplayError;
@@ -59,7 +59,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
     } else {
         Verdict::Differs
     });
-    report.notes = notes(&golden, &unrecorded);
+    report.notes = notes(&golden, &replayed.results, &unrecorded);
     if let Some(artifacts) = artifacts.filter(|_| !matches) {
         match artifacts.write(job, &golden, config, &replayed, &comparison) {
             Ok((files, recording)) => {
@@ -137,7 +137,7 @@ pub fn unusable(error: &Error) -> Verdict {
     }
 }
 
-fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
+fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String> {
     let mut notes = Vec::new();
     if golden.tool.version != env!("CARGO_PKG_VERSION") {
         notes.push(format!(
@@ -150,6 +150,13 @@ fn notes(golden: &Golden, unrecorded: &[String]) -> Vec<String> {
         notes.push(format!(
             "the golden file does not record {}; the present defaults hold. Bless again to record them",
             unrecorded.join(", ")
+        ));
+    }
+    if let (None, Some(sigma)) = (golden.results.measured_sigma, actual.measured_sigma) {
+        notes.push(format!(
+            "the golden file does not record the noise of the ranges (`measured_sigma`), which they tell themselves: \
+             {:.1} mm. So a change of it is not named. Bless again to record it",
+            sigma * 1e3
         ));
     }
     let unmeasured = unmeasured(golden);

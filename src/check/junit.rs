@@ -23,6 +23,8 @@ enum Outcome {
     Failed(Vec<String>),
     /// What kept it from being judged, in a word and in full.
     Error(&'static str, String),
+    /// What was not looked at.
+    Skipped(String),
 }
 
 /// More differences of a kind than this are counted, not listed.
@@ -53,7 +55,10 @@ pub fn junit(reports: &[Report], notes: &[String], strict: bool) -> io::Result<S
         suites.push(whole_run("logs", outcome));
     }
     if !notes.is_empty() {
-        let mut run = whole_run("golden directory", Outcome::Passed);
+        let mut run = whole_run(
+            "golden files without a log",
+            Outcome::Skipped(notes.join("\n")),
+        );
         run.notes = notes.to_vec();
         suites.push(run);
     }
@@ -97,6 +102,7 @@ fn suite(xml: &mut Writer<Vec<u8>>, suite: &Suite, id: u32) -> io::Result<()> {
     let count = |of: fn(&Outcome) -> bool| cases.iter().filter(|case| of(&case.outcome)).count();
     let failures = count(|outcome| matches!(outcome, Outcome::Failed(_)));
     let errors = count(|outcome| matches!(outcome, Outcome::Error(..)));
+    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
     let element = xml.create_element("testsuite").with_attributes([
         ("name", name),
         ("package", "tmam"),
@@ -108,7 +114,7 @@ fn suite(xml: &mut Writer<Vec<u8>>, suite: &Suite, id: u32) -> io::Result<()> {
         ("tests", cases.len().to_string().as_str()),
         ("failures", failures.to_string().as_str()),
         ("errors", errors.to_string().as_str()),
-        ("skipped", "0"),
+        ("skipped", skipped.to_string().as_str()),
     ]);
     element.write_inner_content(|xml| {
         xml.create_element("properties").write_empty()?;
@@ -158,6 +164,18 @@ fn write_case(xml: &mut Writer<Vec<u8>>, case: &Case, log: &str) -> io::Result<(
             ("failure", "differs", message, text)
         }
         Outcome::Error(kind, reason) => ("error", *kind, reason.clone(), reason.clone()),
+        Outcome::Skipped(why) => {
+            let why = clean(why);
+            return element
+                .write_inner_content(|xml| {
+                    let skipped = xml.create_element("skipped");
+                    skipped
+                        .with_attribute(("message", why.as_str()))
+                        .write_empty()?;
+                    Ok(())
+                })
+                .map(|_| ());
+        }
     };
     element.write_inner_content(|xml| {
         let (message, text) = (clean(&message), clean(&text));
@@ -195,7 +213,14 @@ fn cases(report: &Report, strict: bool) -> Vec<Case> {
         return vec![error.unwrap_or_else(|| case("golden file", Outcome::Passed))];
     };
     let sections = sections(found, report.recording.as_deref(), strict);
-    let mut kinds = vec!["log", "sonars", "map", "extracted features", "labels"];
+    let mut kinds = vec![
+        "log",
+        "range noise",
+        "sonars",
+        "map",
+        "extracted features",
+        "labels",
+    ];
     if strict {
         kinds.push("borderline labels");
     }

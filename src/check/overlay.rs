@@ -23,7 +23,9 @@ pub fn overlay(
 ) -> Overlay {
     let changed = || comparison.features(Set::Map);
     // What is in no frame, as another log's events, is looked for in all of them.
+    let everywhere = (comparison.differences.iter()).any(|one| one.frames().is_none());
     let only = around
+        .filter(|_| !everywhere)
         .map(|around| windows(comparison, around))
         .filter(|windows| !windows.is_empty());
     Overlay {
@@ -37,7 +39,7 @@ pub fn overlay(
         labels: labels(comparison),
         notes: notes(actual, comparison),
         first_frame: comparison.first_frame().or(Some(0)),
-        about: about(golden, comparison, around.filter(|_| only.is_some())),
+        about: about(golden, comparison, around, only.is_some()),
         only,
     }
 }
@@ -139,7 +141,7 @@ fn windows(comparison: &Comparison, around: u32) -> Vec<[u32; 2]> {
     merged
 }
 
-fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>) -> String {
+fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>, narrowed: bool) -> String {
     let mut text = format!(
         "## Differences from the golden file\n\n\
          **{} difference(s)**, listed as *DIFFERS* in the events; the recording opens at the first. \
@@ -152,20 +154,24 @@ fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>) -> Strin
         comparison.differences.len(),
         golden.tool.version,
     );
-    if let Some(around) = around {
-        // Writing to a string cannot fail.
-        let _ = write!(
+    // Writing to a string cannot fail.
+    let _ = match around {
+        Some(around) if narrowed => write!(
             text,
             "Only {around} frames around the ends of each difference are recorded; the map is complete.\n\n"
-        );
-    }
+        ),
+        Some(_) => text.write_str(
+            "All frames are recorded, for a difference is in none of its own: of a sonar or of the log's events.\n\n",
+        ),
+        None => Ok(()),
+    };
     text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::golden::Tolerance;
+    use crate::golden::{Mark, StrayedArc, Tolerance};
 
     #[test]
     fn differences_in_no_frame_are_shown_in_all_of_them() {
@@ -176,11 +182,27 @@ mod tests {
             golden: log(),
             actual: log(),
         });
-        let over = overlay(&golden, &Results::default(), &comparison, Some(2));
-        assert_eq!(
-            (over.first_frame, over.shows(0), over.shows(999)),
-            (Some(0), true, true)
-        );
-        assert!(!over.about.contains("Only 2 frames"));
+        let shown = |comparison: &Comparison| {
+            let over = overlay(&golden, &Results::default(), comparison, Some(2));
+            assert_eq!(over.about.contains("Only 2 frames"), !over.shows(0));
+            assert_eq!(over.about.contains("All frames"), over.shows(0));
+            [0, 500, 999].map(|frame| over.shows(frame))
+        };
+        assert_eq!(shown(&comparison), [true; 3]);
+        let arc = StrayedArc {
+            stamp_ns: 0,
+            frame: Some(500),
+            margin: None,
+        };
+        let labels = Difference::Labels(LabelRun {
+            sensor: "left".to_owned(),
+            change: LabelChange::New(Mark::Contact),
+            arcs: vec![arc],
+        });
+        // Nor does one that is in a frame beside them hide them.
+        comparison.differences.push(labels);
+        assert_eq!(shown(&comparison), [true; 3]);
+        comparison.differences.remove(0);
+        assert_eq!(shown(&comparison), [false, true, false]);
     }
 }

@@ -11,7 +11,7 @@ pub struct Partition {
 
 /// Not `I/N`.
 #[derive(Debug, thiserror::Error)]
-#[error("`{text}` is no part of a suite; give I/N with 1 <= I <= N, such as 2/4")]
+#[error("--partition `{text}` is no part of a suite; give I/N with 1 <= I <= N, such as 2/4")]
 pub struct PartitionError {
     text: String,
 }

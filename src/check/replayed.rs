@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::golden::{Collector, LogInfo, Results, digest};
+use crate::golden::{Collector, LogInfo, Results};
 use crate::log::{self, Log};
 use crate::observer::Observer;
 use crate::replay::Replay;
@@ -35,13 +35,14 @@ pub fn replay(path: &Path, config: &Config) -> Result<Replayed, Error> {
             let mut observers: Vec<&mut dyn Observer> = vec![&mut collector];
             replay.run(&mut observers)?
         };
-        (collector.finish(&outcome), outcome.tally.echoes)
+        let results = Results {
+            measured_sigma: replay.measured_sigma(),
+            ..collector.finish(&outcome)
+        };
+        (results, outcome.tally.echoes)
     };
     Ok(Replayed {
-        info: LogInfo {
-            file: log.file.clone(),
-            events_sha256: digest(&log.events),
-        },
+        info: LogInfo::of(&log),
         log,
         results,
         echoes,

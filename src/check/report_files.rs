@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::{Report, junit, summary};
 use crate::error::Error;
-use crate::output::{Output, OutputError, make_room};
+use crate::output::{Output, OutputError, is_stdout, make_room};
 
 /// The reports that are asked for.
 #[derive(Debug)]
@@ -32,6 +32,12 @@ impl ReportFiles {
             junit: open(junit)?,
             summary: open(summary)?,
         })
+    }
+
+    /// Whether one of them goes to standard output, so that nothing else may.
+    pub fn take_stdout(&self) -> bool {
+        let files = [&self.junit, &self.summary];
+        files.into_iter().flatten().any(|out| is_stdout(out.path()))
     }
 
     /// Writes what came of the logs.

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use super::artifacts::{Artifacts, artifacts_of};
 use super::bless::bless;
+use super::error::CheckError;
 use super::judge::judge;
 use super::partition::Partition;
 use super::{Report, Verdict};
-use crate::golden::{Tolerance, ToleranceError, is_set};
+use crate::golden::{Tolerance, is_set};
 use crate::output::OutputError;
 use crate::outputs::{OutputsError, refuse_collisions};
 
@@ -40,7 +41,7 @@ pub struct Options {
 
 impl Options {
     /// Refuses reports in the place of a log, of a golden file, of what is kept of a log, or of each
-    /// other.
+    /// other; `json` goes to standard output.
     ///
     /// # Errors
     /// The file that would be destroyed.
@@ -48,6 +49,7 @@ impl Options {
         &self,
         junit: Option<&Path>,
         summary: Option<&Path>,
+        json: bool,
     ) -> Result<(), OutputsError> {
         // Two logs with one golden file are refused elsewhere, with better words.
         let golden: BTreeSet<PathBuf> = self
@@ -60,47 +62,12 @@ impl Options {
             .iter()
             .flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)))
             .collect();
+        let json = json.then(|| Path::new("-"));
         let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
         let written = golden.iter().chain(&kept).map(|path| Some(path.as_path()));
-        let outputs: Vec<Option<&Path>> = written.chain([junit, summary]).collect();
+        let outputs: Vec<Option<&Path>> = written.chain([junit, summary, json]).collect();
         refuse_collisions(&inputs, &outputs)
     }
-}
-
-/// Why nothing is checked at all.
-#[derive(Debug, thiserror::Error)]
-pub enum CheckError {
-    /// Two logs have one golden file.
-    #[error(
-        "{} and {} would have the same golden file, {}; give them different names, or check them in two runs with \
-         a --golden directory each", one.display(), other.display(), golden.display()
-    )]
-    SameGolden {
-        /// A log.
-        one: PathBuf,
-        /// Another log.
-        other: PathBuf,
-        /// Their golden file.
-        golden: PathBuf,
-    },
-    /// There are no golden files.
-    #[error("there is no directory {}; look at --golden, or make it with --bless", path.display())]
-    NoGoldenDirectory {
-        /// What was given.
-        path: PathBuf,
-    },
-    /// Machines do not say what is good.
-    #[error(
-        "CI is set, and golden files are blessed by people who look at what changed. Bless on your own machine and \
-         commit the files, or give --force"
-    )]
-    BlessInCi,
-    /// A tolerance.
-    #[error(transparent)]
-    Tolerance(#[from] ToleranceError),
-    /// A directory cannot be made.
-    #[error(transparent)]
-    Directory(#[from] OutputError),
 }
 
 /// A run, made ready.
@@ -144,6 +111,9 @@ impl Suite {
         for log in &options.logs {
             let golden = golden_file(&options.golden, log);
             if let Some(other) = jobs.insert(golden.clone(), log.clone()) {
+                if same_file(&other, log) {
+                    return Err(CheckError::SameLog { log: log.clone() });
+                }
                 return Err(CheckError::SameGolden {
                     one: other,
                     other: log.clone(),
@@ -224,6 +194,13 @@ impl Job {
             artifacts: Vec::new(),
             recording: None,
         }
+    }
+}
+
+fn same_file(one: &Path, other: &Path) -> bool {
+    match (one.canonicalize(), other.canonicalize()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => one == other,
     }
 }
 

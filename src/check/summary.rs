@@ -116,11 +116,11 @@ fn verdict(report: &Report) -> String {
     }
 }
 
-/// Differences in the sonars, the map, the extracted features and the labels, and borderline labels.
+/// Differences in the sonars and their noise, the map, the extracted features and the labels, and borderline labels.
 fn numbers(report: &Report) -> Option<[usize; 5]> {
     let found = &report.found.as_ref()?.comparison;
     let arcs = |runs: &mut dyn Iterator<Item = usize>| runs.sum();
-    let is_sonar = |one: &&Difference| matches!(one, Difference::Sonar(_));
+    let is_sonar = |one: &&Difference| matches!(one, Difference::Sonar(_) | Difference::Noise(_));
     Some([
         found.differences.iter().filter(is_sonar).count(),
         found.features(Set::Map).count(),

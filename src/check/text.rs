@@ -158,6 +158,10 @@ fn kinds(
             lines(&|one| matches!(one, Difference::Log { .. })),
         ),
         (
+            "range noise".to_owned(),
+            lines(&|one| matches!(one, Difference::Noise(_))),
+        ),
+        (
             "sonars".to_owned(),
             lines(&|one| matches!(one, Difference::Sonar(_))),
         ),

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use crate::check::text::{SHOWN, closing, report};
-use crate::check::{Options, Partition, ReportFiles, Suite, annotations, exit_code, json};
+use crate::check::{
+    CheckError, Options, Partition, ReportFiles, Suite, annotations, exit_code, json,
+};
 use crate::error::Error;
 use crate::golden::is_set;
 use crate::legible::inert_line;
-use crate::output::print;
+use crate::output::{print, print_aside};
 
 /// Hold logs to golden files: has anything changed that should not have?
 ///
@@ -47,7 +49,7 @@ pub struct Args {
     strict: bool,
     /// Check part I of N only; the parts are the same wherever they run
     #[arg(long, value_name = "I/N")]
-    partition: Option<Partition>,
+    partition: Option<String>,
     /// Write a JUnit report
     #[arg(long, value_name = "FILE.xml", help_heading = "Reports")]
     junit: Option<PathBuf>,
@@ -81,10 +83,6 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<u8, Error> {
-        let layers = self.parameters.layers()?;
-        if !layers.is_empty() && !self.bless {
-            return Err(Error::ParametersWithoutBless);
-        }
         let with_artifacts = self.artifacts.is_some();
         let options = Options {
             logs: self.logs,
@@ -94,19 +92,27 @@ impl Args {
             bless: self.bless,
             force: self.force,
             strict: self.strict,
-            partition: self.partition,
-            layers,
             tolerances: self.tolerance,
+            ..Options::default()
         };
         let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
-        options.refuse_collisions(junit, summary)?;
+        options.refuse_collisions(junit, summary, self.json)?;
         let files = ReportFiles::open(junit, summary)?;
-        let suite = match Suite::new(options) {
+        let suite = match prepare(options, self.partition.as_deref(), &self.parameters) {
             Ok(suite) => suite,
             Err(error) => {
                 files.refuse(&error)?;
-                return Err(error.into());
+                if self.json {
+                    print(&format!("{:#}\n", json::refused(&error)))?;
+                }
+                return Err(error);
             }
+        };
+        // A report that other programs read stands alone.
+        let print = if files.take_stdout() {
+            print_aside
+        } else {
+            print
         };
         // The reports are written even where standard output cannot be.
         let mut printed = Ok(());
@@ -123,7 +129,7 @@ impl Args {
         files.write(&reports, suite.notes(), self.strict)?;
 
         let errors = if std::env::var("GITHUB_ACTIONS").is_ok_and(|value| is_set(&value)) {
-            annotations::annotations(&reports, self.strict)
+            annotations::annotations(&reports, suite.notes(), self.strict)
         } else {
             String::new()
         };
@@ -140,4 +146,23 @@ impl Args {
         printed?;
         Ok(exit_code(&reports))
     }
+}
+
+/// What can be wrong with what is given, once the reports can say so.
+fn prepare(
+    options: Options,
+    partition: Option<&str>,
+    parameters: &Parameters,
+) -> Result<Suite, Error> {
+    let layers = parameters.layers()?;
+    if !layers.is_empty() && !options.bless {
+        return Err(Error::ParametersWithoutBless);
+    }
+    let partition = partition.map(str::parse::<Partition>).transpose();
+    let suite = Suite::new(Options {
+        layers,
+        partition: partition.map_err(CheckError::from)?,
+        ..options
+    })?;
+    Ok(suite)
 }

@@ -9,13 +9,12 @@ use crate::error::{DIFFERS, DONE, Error, INCOMPLETE};
 use crate::golden::{Tolerance, compare};
 use crate::output::print;
 
-/// Compare two results: of logs, feature files or golden files
+/// Compare two results: of logs, recordings, feature files or golden files
 ///
 /// Lines are paired with lines and points with points by nearness; labels are compared by sonar and
-/// stamp where both sides have them (logs and golden files do, feature files do not). Ids and order
-/// do not matter.
+/// stamp where both sides have them (all but feature files do). Ids and order do not matter.
 ///
-/// A log beside a features.json or a golden file is replayed with the configuration recorded there,
+/// A log beside a recording, a features.json or a golden file is replayed with the configuration recorded there,
 /// other logs with the defaults; the parameters that are given stand over either.
 #[derive(Debug, clap::Args)]
 #[command(
@@ -26,12 +25,13 @@ incomplete, or neither side holds a feature.
 
 Examples:
   tmam diff before.features.json after.features.json
+  tmam diff monday.rrd tuesday.rrd                          what two recordings carry
   tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
   tmam diff drive.mcap --set-b frames.step=0.15             one log under two configurations
   tmam diff golden/drive.golden.json drive.mcap"
 )]
 pub struct Args {
-    /// A log, a features.json or a golden file
+    /// A log, a recording, a features.json or a golden file
     a: PathBuf,
     /// Another one [default: the same log, with --config-b or --set-b]
     #[arg(required_unless_present_any = ["config_b", "set_b"])]

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use super::simulate::read_world;
+use crate::carried::carried;
 use crate::error::{DONE, Error, INCOMPLETE};
 use crate::evaluate::truth::AGREEING_RANGE;
 use crate::evaluate::{Truth, evaluate, json, text};
+use crate::golden::{Collector, LogInfo};
 use crate::log;
 use crate::outputs::{Requested, Written};
 use crate::recording::{Evaluated, Recording};
@@ -81,7 +83,11 @@ impl Args {
                     map: &outcome.map,
                 };
                 let mut recording = Recording::of_evaluated(out, setting, evaluated)?;
-                replay.run(&mut [&mut recording])?;
+                let mut collector = Collector::new(setting.sonars);
+                replay.run(&mut [&mut recording, &mut collector])?;
+                let labels = collector.finish(&outcome).labels.unwrap_or_default();
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+                recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {
                 json::write(&mut *out, &setting, &truth, &evaluation)

@@ -4,8 +4,10 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
+use crate::carried::carried;
 use crate::error::{DONE, Error, INCOMPLETE};
 use crate::features;
+use crate::golden::{Collector, LogInfo};
 use crate::log;
 use crate::observer::Observer;
 use crate::outputs::Requested;
@@ -111,16 +113,20 @@ impl Args {
             let mut recording = file
                 .map(|out| Recording::with_viewer(out, viewer, only_live, setting))
                 .transpose()?;
+            let mut collector = recording.as_ref().map(|_| Collector::new(setting.sonars));
             let mut trace = outputs.trace.as_mut().map(|out| {
                 let path = out.path().to_owned();
                 Trace::new(out, path, setting)
             });
             let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
+            observers.extend(collector.as_mut().map(|c| c as &mut dyn Observer));
             observers.extend(trace.as_mut().map(|t| t as &mut dyn Observer));
             let outcome = replay.run(&mut observers)?;
-            if let Some(error) = recording.as_ref().and_then(Recording::lost) {
-                lost = Some(error.to_string());
+            if let (Some(recording), Some(collector)) = (recording, collector) {
+                let labels = collector.finish(&outcome).labels.unwrap_or_default();
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+                lost = recording.close(Some(&carried))?.1;
             }
             outcome
         };

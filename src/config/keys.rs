@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::KEYS;
+pub use table::keys;
 use toml_writer::{ToTomlKey, TomlKeyBuilder};
 
 /// How a value is written in the file.
@@ -43,7 +43,7 @@ pub struct Key {
 
 /// The key that a path in a file names.
 pub fn find(path: &[&str]) -> Option<&'static Key> {
-    KEYS.iter().find(|key| {
+    keys().find(|key| {
         let parts: Vec<&str> = key.path.split('.').collect();
         parts.len() == path.len()
             && parts
@@ -56,7 +56,7 @@ pub fn find(path: &[&str]) -> Option<&'static Key> {
 /// The known path nearest to an unknown one, if any is near.
 pub fn nearest(path: &[&str]) -> Option<String> {
     let given = path.join(".");
-    KEYS.iter()
+    keys()
         .map(|key| match path {
             [_, name, _] => key.path.replace('*', name),
             _ => key.path.to_owned(),

@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::Config;
 use super::file::to_table;
-use super::keys::{self, KEYS, Key};
+use super::keys::{self, Key};
 
 /// The configuration as a commented `tmam.toml`; [`super::file::parse`] gives the same
 /// configuration back.
@@ -15,7 +15,7 @@ pub fn render(config: &Config) -> String {
     let mut text =
         String::from("# Everything that `tmam replay` uses. Metres, seconds, degrees.\n");
     let mut section = "";
-    for key in KEYS.iter().filter(|key| !key.path.contains('*')) {
+    for key in keys::keys().filter(|key| !key.path.contains('*')) {
         let (head, leaf) = key.path.rsplit_once('.').unwrap_or(("", key.path));
         if head != section {
             section = head;
@@ -56,7 +56,7 @@ fn render_named(table: &Table, section: &str, example: &str, about: &str) -> Str
             let leaf = key.path.strip_prefix(section)?.strip_prefix(".*.")?;
             Some((leaf, key.doc))
         };
-        KEYS.iter().filter_map(leaf)
+        keys::keys().filter_map(leaf)
     };
     let mut text = String::new();
     let named = table.get(section).and_then(Value::as_table);

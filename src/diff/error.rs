@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::features;
+use crate::recording::CarriedError;
 use crate::schema::Relation;
 
 /// Why there is nothing to compare.
@@ -10,7 +11,7 @@ use crate::schema::Relation;
 pub enum DiffError {
     /// Something else.
     #[error(
-        "{} is neither an MCAP log nor a features.json nor a golden file: {reason}", path.display()
+        "{} is neither an MCAP log nor a recording, a features.json or a golden file: {reason}", path.display()
     )]
     NoResults {
         /// The file.
@@ -44,19 +45,16 @@ pub enum DiffError {
         /// What is wrong.
         reason: String,
     },
-    /// Recordings hold pictures, not features.
+    /// A recording without results that can be read.
     #[error(
-        "{} is a recording: it is for looking at, and holds what is drawn, not the features with their numbers. \
-         Compare {}", path.display(), match .features {
-            Some(features) => format!("{}, which lies beside it, or the log itself", features.display()),
-            None => "the log itself, or the features.json that `tmam replay` writes beside a recording: keep both".to_owned(),
-         }
+        "the results of {} cannot be compared: {source}. Record its log again with `tmam replay LOG -o FILE.rrd`, or \
+         compare the log itself or its features.json", path.display()
     )]
     Recording {
         /// The file.
         path: PathBuf,
-        /// The features file beside it, where there is one.
-        features: Option<PathBuf>,
+        /// Why not.
+        source: CarriedError,
     },
     /// Parameters, and no log to replay with them.
     #[error(

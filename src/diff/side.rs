@@ -39,15 +39,18 @@ pub enum Kind {
     Features,
     /// A golden file.
     Golden,
+    /// A recording, with the results that it carries.
+    Recording,
 }
 
 impl Kind {
-    /// In files and to people: `log`, `features` or `golden`.
+    /// In files and to people: `log`, `features`, `golden` or `recording`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Log => "log",
             Self::Features => "features",
             Self::Golden => "golden",
+            Self::Recording => "recording",
         }
     }
 }

@@ -7,7 +7,8 @@ use super::side::{Kind, Recorded, Side};
 use crate::config::Config;
 use crate::error::Error;
 use crate::features;
-use crate::golden::{FeaturesFile, Golden, SCHEMA as GOLDEN, unrecorded};
+use crate::golden::{FeaturesFile, Golden, SCHEMA as GOLDEN, read_labels, unrecorded};
+use crate::recording::Carried;
 use crate::schema::{Relation, in_words, of_file, relation};
 
 /// One of the two arguments, looked at but not replayed.
@@ -27,12 +28,7 @@ impl Source {
     pub fn open(path: &Path) -> Result<Self, Error> {
         let head = head(path)?;
         if head.starts_with(b"RRF") {
-            let features = path.with_extension("features.json");
-            return Err(DiffError::Recording {
-                path: path.to_owned(),
-                features: features.is_file().then_some(features),
-            }
-            .into());
+            return recorded(path).map(|side| Self::Results(Box::new(side)));
         }
         let text = head.iter().find(|byte| !byte.is_ascii_whitespace());
         if text != Some(&b'{') {
@@ -57,6 +53,26 @@ impl Source {
     pub fn is_log(&self) -> bool {
         matches!(self, Self::Log(_))
     }
+}
+
+/// The results that a recording carries.
+fn recorded(path: &Path) -> Result<Side, Error> {
+    let unfit = |source| DiffError::Recording {
+        path: path.to_owned(),
+        source,
+    };
+    let carried = Carried::read(path).map_err(unfit)?;
+    let mut side = results(path, carried.features.as_bytes())?;
+    side.kind = Kind::Recording;
+    if let Some(text) = carried.labels {
+        let (log, labels) = read_labels(&text).map_err(|reason| DiffError::Malformed {
+            path: path.to_owned(),
+            reason,
+        })?;
+        side.log = Some(log);
+        side.results.labels = Some(labels);
+    }
+    Ok(side)
 }
 
 /// The results in a file, by its schema.

@@ -6,8 +6,8 @@
 
 use super::results::Mark;
 
-/// More arcs than this per sonar are refused: a few bytes of text must not fill the memory.
-const MOST_ARCS: usize = 5_000_000;
+/// More arcs than this are refused: a few bytes of text must not fill the memory.
+pub const MOST_ARCS: usize = 5_000_000;
 
 const NS_PER_MS: i64 = 1_000_000;
 

@@ -60,6 +60,7 @@ impl Collector {
                 .map(|extraction| self.extracted(extraction))
                 .collect(),
             labels: Some(self.labels),
+            measured_sigma: None,
         }
     }
 

@@ -16,6 +16,10 @@ use crate::geometry::{Vec2, unit, wrap_angle};
 /// labels by sonar and stamp, where both sides have labels.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
     let mut found = Comparison::default();
+    if let (Some(golden), Some(actual)) = (golden.measured_sigma, actual.measured_sigma) {
+        let noise = deviation("measured sigma", golden, actual, tolerance.sigma);
+        found.differences.extend(noise.map(Difference::Noise));
+    }
     if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
         let sonars = compare_sonars(golden, actual, tolerance);
         found

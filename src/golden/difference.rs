@@ -5,7 +5,7 @@ use super::results::{Feature, Margin, Mark};
 /// The outcome of a comparison.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Comparison {
-    /// What differs: the log, the sonars, then the map, the extracted features, the labels.
+    /// What differs: the log, the noise, the sonars, then the map, the extracted features, the labels.
     pub differences: Vec<Difference>,
     /// Labels that flipped with less than the tolerances `borderline` and `borderline_chi2` to spare.
     pub borderline: Vec<LabelRun>,
@@ -23,6 +23,8 @@ pub enum Difference {
         /// Digest of the log at hand.
         actual: String,
     },
+    /// The noise of the ranges, where they tell it themselves.
+    Noise(Change),
     /// A sonar that is mounted or measures otherwise.
     Sonar(SonarDifference),
     /// A feature.
@@ -202,7 +204,7 @@ impl Difference {
     /// First and last frame that it is about, where it is about frames.
     pub fn frames(&self) -> Option<[u32; 2]> {
         match self {
-            Self::Log { .. } | Self::Sonar(_) => None,
+            Self::Log { .. } | Self::Noise(_) | Self::Sonar(_) => None,
             Self::Feature(feature) => feature.frames(),
             Self::Labels(run) => run.frames(),
         }

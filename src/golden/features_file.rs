@@ -122,6 +122,7 @@ impl FeaturesFile {
             map,
             extracted,
             labels: None,
+            measured_sigma: None,
         })
     }
 }

@@ -1,9 +1,13 @@
 //! The golden file: written, read, and refused where it makes no sense.
 
+#[cfg(test)]
+mod tests;
+
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::digest::digest;
 use super::error::GoldenError;
 use super::label_table::LabelTable;
 use super::layout::render;
@@ -13,6 +17,7 @@ use super::tolerance::{Tolerance, ToleranceError};
 use super::unrecorded::{absent_under, unrecorded};
 use crate::config::Config;
 use crate::config::file::{ConfigError, check};
+use crate::log::Log;
 use crate::schema::{Relation, in_words, of_file, relation};
 
 /// The format's name and version.
@@ -53,6 +58,16 @@ pub struct LogInfo {
     pub events_sha256: String,
 }
 
+impl LogInfo {
+    /// Of a log that was read.
+    pub fn of(log: &Log) -> Self {
+        Self {
+            file: log.file.clone(),
+            events_sha256: digest(&log.events),
+        }
+    }
+}
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -63,6 +78,8 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     config: Option<Config>,
     tolerances: Tolerance,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    measured_sigma: Option<f64>,
     map: Rows,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     features: Option<Rows>,
@@ -142,6 +159,7 @@ impl Golden {
             log: self.log.clone(),
             config: self.config.clone(),
             tolerances: self.tolerances,
+            measured_sigma: self.results.measured_sigma,
             map: self.results.map.as_slice().into(),
             features: Some(Rows::from(self.results.extracted.as_slice()))
                 .filter(|_| self.log.is_some() || !self.results.extracted.is_empty()),
@@ -230,57 +248,8 @@ impl File {
                 map: self.map.into(),
                 extracted: self.features.map(Vec::from).unwrap_or_default(),
                 labels,
+                measured_sigma: self.measured_sigma,
             },
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::golden::results::Feature;
-
-    #[test]
-    fn any_configuration_is_recorded_to_the_last_bit_that_is_read_back() {
-        for tenths in 1..400 {
-            let mut config = Config::default();
-            config.triple.gamma = (f64::from(tenths) / 10.0).to_radians();
-            let asked = config.triple.gamma;
-            config = as_recorded(&config).unwrap();
-            assert!((config.triple.gamma - asked).abs() <= 2.0 * f64::EPSILON * asked);
-            let results = Results::of_map([Feature::point(1.0, 2.0)]);
-            let golden = Golden::new(None, Some(config), Tolerance::default(), results);
-            let bytes = golden.render().unwrap();
-            let (back, unrecorded) = Golden::parse(&bytes, Path::new("golden")).unwrap();
-            assert_eq!(back, golden);
-            assert!(unrecorded.is_empty());
-        }
-    }
-
-    #[test]
-    fn what_json_cannot_hold_is_refused() {
-        let mut config = Config::default();
-        config.sonar.entry("left".to_owned()).or_default().max_range = Some(f64::INFINITY);
-        assert!(
-            as_recorded(&config)
-                .unwrap_err()
-                .to_string()
-                .contains("not finite")
-        );
-    }
-
-    #[test]
-    fn parameters_that_a_file_does_not_record_are_named() {
-        let results = Results::of_map([Feature::point(1.0, 2.0)]);
-        let golden = Golden::new(None, Some(Config::default()), Tolerance::default(), results);
-        let text = String::from_utf8(golden.render().unwrap()).unwrap();
-        let without = text.replace("      \"alpha\": 0.5,\n", "");
-        assert!(without.len() < text.len());
-        let (_, unrecorded) = Golden::parse(without.as_bytes(), Path::new("golden")).unwrap();
-        assert_eq!(unrecorded, ["triple.alpha"]);
-        let without = text.replace("    \"borderline_chi2\": 0.1,\n", "");
-        assert!(without.len() < text.len());
-        let (_, unrecorded) = Golden::parse(without.as_bytes(), Path::new("golden")).unwrap();
-        assert_eq!(unrecorded, ["tolerances.borderline_chi2"]);
     }
 }

@@ -63,8 +63,8 @@ pub enum HoldError {
     Output(#[from] OutputError),
 }
 
-/// Holds results to a golden file. The tolerances are those in the file; `tolerance` is what goes
-/// into it when it is written.
+/// Holds results to a golden file. The tolerances are those in the file, also when it is written
+/// again; `tolerance` is what goes into a new one.
 ///
 /// # Errors
 /// Differences, in words; and whatever keeps them from being found.
@@ -108,7 +108,8 @@ pub fn hold(
 
 /// Whether an environment variable's value means yes.
 pub fn is_set(value: &str) -> bool {
-    !matches!(value, "" | "0" | "false")
+    let value = value.trim().to_ascii_lowercase();
+    !matches!(value.as_str(), "" | "0" | "false" | "no" | "off")
 }
 
 fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Outcome, HoldError> {
@@ -118,9 +119,49 @@ fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Outcome
         });
     }
     tolerance.check()?;
-    let bytes = Golden::new(None, None, *tolerance, actual.clone()).render()?;
+    // Somebody who looked at the file may have set them there.
+    let tolerances = match path.exists() {
+        true => Golden::read(path)?.0.tolerances,
+        false => *tolerance,
+    };
+    let bytes = Golden::new(None, None, tolerances, actual.clone()).render()?;
     let mut out = Output::create(path)?;
     out.write_all(&bytes).map_err(|source| out.failed(source))?;
     out.commit()?;
     Ok(Outcome::Written)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::golden::Feature;
+
+    #[test]
+    fn only_what_says_yes_is_set() {
+        for no in ["", " ", "0", "false", "False", "FALSE", "no", "off"] {
+            assert!(!is_set(no), "{no}");
+        }
+        for yes in ["1", "true", "True", "yes", "github"] {
+            assert!(is_set(yes), "{yes}");
+        }
+    }
+
+    #[test]
+    fn tolerances_that_somebody_set_outlive_an_update() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.golden.json");
+        let with = |rho| Tolerance {
+            rho,
+            ..Tolerance::default()
+        };
+        let at = |y| Results::of_map([Feature::point(1.0, y)]);
+        write(&path, &at(2.0), &with(0.02)).unwrap();
+        write(&path, &at(3.0), &with(0.03)).unwrap();
+        let (golden, _) = Golden::read(&path).unwrap();
+        assert_eq!((golden.results, golden.tolerances), (at(3.0), with(0.02)));
+
+        std::fs::write(&path, "{").unwrap();
+        assert!(write(&path, &at(3.0), &with(0.03)).is_err());
+        assert_eq!(std::fs::read(&path).unwrap(), b"{");
+    }
 }

@@ -6,7 +6,7 @@ use std::fmt;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::coding::{decode_marks, decode_steps, encode_marks, encode_steps};
+use super::coding::{MOST_ARCS, decode_marks, decode_steps, encode_marks, encode_steps};
 use super::file::Contradiction;
 use super::results::{LabelledArc, Labels, Mark, Measured};
 
@@ -90,9 +90,16 @@ impl LabelTable {
     /// Where it contradicts itself.
     pub fn open(self) -> Result<Labels, Contradiction> {
         let mut labels = Labels::default();
+        let mut arcs_so_far = 0;
         for (sonar, row) in self.sonars {
             let wrong = |what: String| Contradiction(format!("labels of sonar `{sonar}`: {what}"));
             let marks = decode_marks(&row.labels).map_err(wrong)?;
+            arcs_so_far += marks.len();
+            if arcs_so_far > MOST_ARCS {
+                return Err(wrong(format!(
+                    "with it, there are more than {MOST_ARCS} arcs"
+                )));
+            }
             let stamps = decode_steps(row.first_ns, &row.steps_ms).map_err(wrong)?;
             if marks.len() != stamps.len() {
                 return Err(wrong(format!(
@@ -135,5 +142,36 @@ impl LabelTable {
             }
         }
         Ok(labels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_sonars_cannot_fill_the_memory_either() {
+        let row = r#"{"labels": "3000000u", "first_ns": 0, "steps_ms": "1x2999999"}"#;
+        let table = |names: &[&str]| {
+            let rows: Vec<String> = names
+                .iter()
+                .map(|name| format!("\"{name}\": {row}"))
+                .collect();
+            let count = 3_000_000 * names.len();
+            let text = format!(
+                "{{\"contact\": 0, \"intersection\": 0, \"unidentified\": {count}, \"sonars\": {{{}}}}}",
+                rows.join(", ")
+            );
+            serde_json::from_str::<LabelTable>(&text).unwrap().open()
+        };
+        assert_eq!(
+            table(&["a"]).ok().map(|labels| labels.len()),
+            Some(3_000_000)
+        );
+        let refused = table(&["a", "b"]).err().map(|error| error.0).unwrap();
+        assert!(
+            refused.contains("sonar `b`") && refused.contains("5000000"),
+            "{refused}"
+        );
     }
 }

@@ -17,6 +17,9 @@ pub struct Results {
     pub extracted: Vec<Feature>,
     /// The label of every arc; `None` where labels are not known.
     pub labels: Option<Labels>,
+    /// Standard deviation of a range as the ranges themselves tell it, metres; `None` where messages
+    /// or the configuration say it, or it is not known.
+    pub measured_sigma: Option<f64>,
 }
 
 /// A line segment or a point.

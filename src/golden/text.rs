@@ -25,6 +25,7 @@ fn in_words(difference: &Difference, recording: Option<&Path>) -> String {
                 short(actual)
             )
         }
+        Difference::Noise(noise) => format!("range noise: {}", change(noise)),
         Difference::Sonar(sonar) => {
             let changes: Vec<String> = sonar.changes.iter().map(change).collect();
             format!("{}: {}", sonar.sensor, changes.join("; "))

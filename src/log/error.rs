@@ -9,6 +9,7 @@ pub use missing::{MissingMount, UnplacedRing};
 use super::container::{Loss, OpenError};
 use super::messages::MOST_SONARS;
 use crate::config::file::ConfigError;
+use crate::legible::one_line;
 
 /// Why a log cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -101,7 +102,7 @@ pub enum LogError {
         found: Vec<String>,
     },
     /// Several odometry topics.
-    #[error("{file} has more than one odometry topic: {}. Choose one with --odom-topic", topics.join(", "))]
+    #[error("{file} has more than one odometry topic: {}. Choose one with --odom-topic", one_line(&topics.join(", ")))]
     ManyOdometries {
         /// The log.
         file: String,
@@ -113,7 +114,7 @@ pub enum LogError {
         "{file} has no odometry messages, and which of the transforms that move is the robot's cannot be \
          told:{}\nSay which frame is the robot's in the configuration:\n\n    [input]\n    robot_frame = \"{}\"",
         itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>()),
-        moving.first().map_or("base_link", |(_, child)| child)
+        one_line(moving.first().map_or("base_link", |(_, child)| child))
     )]
     UnclearTransforms {
         /// The log.
@@ -144,7 +145,8 @@ pub enum LogError {
     /// A sonar whose beam width is unknown.
     #[error(
         "sonar `{sonar}` (topic {topic}) gives no beam width: its field_of_view is no angle above 0. \
-         Set sonars.beam_width, or beam_width under [sonar.\"{sonar}\"], in the configuration (deg, full angle)"
+         Set sonars.beam_width, or beam_width under [sonar.\"{sonar}\"], in the configuration (deg, full angle)",
+        sonar = one_line(sonar), topic = one_line(topic)
     )]
     NoBeamWidth {
         /// The sonar's name.
@@ -156,7 +158,8 @@ pub enum LogError {
     #[error(
         "the odometry on {topic} does not name the frame that it moves, and the sonars' transforms lead \
          to {}. Set input.robot_frame in the configuration",
-        if carriers.is_empty() { "none".to_owned() } else { carriers.join(", ") }
+        if carriers.is_empty() { "none".to_owned() } else { one_line(&carriers.join(", ")).into_owned() },
+        topic = one_line(topic)
     )]
     NoRobotFrame {
         /// The topic.
@@ -205,7 +208,7 @@ pub fn itemised(items: &[String]) -> String {
     let mut text: String = items
         .iter()
         .take(SHOWN)
-        .map(|item| format!("\n  - {item}"))
+        .map(|item| format!("\n  - {}", one_line(item)))
         .collect();
     if let more @ 1.. = items.len().saturating_sub(SHOWN) {
         text.push_str(&format!(

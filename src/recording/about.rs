@@ -97,4 +97,6 @@ A feature flashes bold, with the arcs of its run, in the frame in which its run 
 **Labels** - a lane per sonar. Blue is contact, orange intersection, grey with `?` unidentified. A label holds until the sonar's next reading; a gap is a reading without echo. A dark stretch that says `n states` holds that many labels too short to draw: zoom in, or see the tab **Labels by sonar number**, which has them as dots: contact above, intersection on, unidentified below the line of the sonar's number (the numbers are those of the table of sonars below).
 
 **Events** - a line per closed run: what was fitted and what became of it. Warnings are fits that were not used, and suspects.
+
+**For programs** there are the features file and the labels of the run in it, as text: `/run/features`, `/run/labels`. `tmam diff A.rrd B.rrd` compares them.
 ";

@@ -134,7 +134,7 @@ fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
     let step = tmam.finish();
     verdicts.extend_from_slice(&step.verdicts);
     recording.finish(&step).unwrap();
-    (recording.into_inner().unwrap(), verdicts)
+    (recording.close(None).unwrap().0, verdicts)
 }
 
 /// The chunks of a file by entity, in file order, of one kind of store.

@@ -1,13 +1,14 @@
 //! Why a log cannot be replayed.
 
 use crate::config::file::ConfigError;
+use crate::legible::one_line;
 use crate::observer::ObserverError;
 
 /// Why there is nothing to replay in a log that could be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// No sonar has a name that was asked for.
-    #[error("no sonar matches {}; the log has {}", asked.join(", "), sonars.join(", "))]
+    #[error("no sonar matches {}; the log has {}", asked.join(", "), one_line(&sonars.join(", ")))]
     NoSuchSonar {
         /// Patterns that were asked for.
         asked: Vec<String>,
@@ -18,7 +19,7 @@ pub enum ReplayError {
     #[error(
         "triple.gamma is {:.6} deg; it must be below the beam width, which is {:.6} deg for sonar \
          `{sonar}`. Give a smaller --gamma, or leave the sonar out with --sensor",
-        gamma.to_degrees(), beam_width.to_degrees()
+        gamma.to_degrees(), beam_width.to_degrees(), sonar = one_line(sonar)
     )]
     GammaBeyondBeam {
         /// The gate, radians.

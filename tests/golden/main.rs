@@ -13,16 +13,21 @@
 mod support;
 
 mod artefacts;
+mod blessing;
 mod diff;
 mod harmless;
 mod mutations;
 mod names;
+mod noise;
 mod noise_aware_mutations;
 mod overwriting;
+mod recordings;
 mod refusals;
 mod reports;
 mod rust;
 mod samples;
+mod usage;
+mod verdicts;
 
 use std::path::{Path, PathBuf};
 

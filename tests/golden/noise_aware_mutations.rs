@@ -3,8 +3,8 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{Message, rewrite, sample};
-use crate::{bench_with, report};
+use crate::support::{Bench, Message, rewrite, sample};
+use crate::{bench_with, report, tmam};
 
 const SAMPLE: &str = "noise_aware/room_drive";
 
@@ -169,4 +169,52 @@ fn a_flip_has_a_margin_and_is_borderline_below_the_tolerance_for_it() {
     assert!(!clear.is_empty() && !near.is_empty());
     assert!(clear.iter().all(|arc| margin(arc) >= middle));
     assert!(near.iter().all(|arc| margin(arc) < middle));
+}
+
+/// What the keys matter for that nothing in the samples hangs on: a drive with odometry that drifts,
+/// outliers and features that hardly anything speaks for.
+#[test]
+fn what_matters_only_where_a_drive_is_bad_is_caught_on_a_bad_one() {
+    const STEADY: &str = "--noise 0.01 --seed 81 --sonars 12 --odometry-noise 0.02 --heading-noise 3 --outliers 0.05 \
+                          --step 0.08";
+    const DRIFTING: &str =
+        "--noise 0.02 --seed 22 --sonars 16 --odometry-noise 0.05 --outliers 0.05 --step 0.12";
+    for (drive, changes) in [
+        (
+            STEADY,
+            &[
+                ("map", "confirm_runs", json!(1)),
+                ("map", "confirm_readings", json!(40)),
+                ("map", "confirm_readings", json!(3)),
+                ("noise_aware", "confirm", json!(false)),
+                ("noise_aware", "converge", json!(false)),
+                ("noise_aware", "reject_mirrored", json!(false)),
+                ("noise_aware", "break_runs", json!(false)),
+            ][..],
+        ),
+        (DRIFTING, &[("noise_aware", "merge", json!(false))]),
+    ] {
+        let bench = Bench::new();
+        let log = bench.path("bad.mcap");
+        let simulated = bench.tmam(&log, &format!("simulate -o {{}} {drive}"));
+        assert_eq!(simulated.code, 0, "{}", simulated.stderr);
+        let bless = ["check", "bad.mcap", "--golden", "golden", "--bless"];
+        assert_eq!(tmam(&bench, &bless, &[]).code, 0);
+        assert_eq!(report(&bench, &log).0, 0);
+        let blessed = bench.json("golden/bad.golden.json");
+        for (table, key, value) in changes {
+            let mut file = blessed.clone();
+            file["config"][table][key] = value.clone();
+            bench.put("golden/bad.golden.json", file.to_string());
+            let (code, said) = report(&bench, &log);
+            assert_eq!(code, 1, "{table}.{key} = {value} went unnoticed");
+            let found = said["logs"][0]["differences"].as_array().unwrap();
+            let of_features = |one: &&Value| one["kind"] == "map" || one["kind"] == "extracted";
+            assert!(
+                found.iter().any(|one| of_features(&one)),
+                "{key}: {found:#?}"
+            );
+            assert!(of_kind(found, "labels").is_empty(), "{key}: {found:#?}");
+        }
+    }
 }

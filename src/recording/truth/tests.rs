@@ -67,7 +67,7 @@ fn every_wrong_label_is_marked_in_its_frame_and_every_feature_too_many_at_the_en
         let mut recording =
             Recording::of_evaluated(Vec::new(), replay.setting(), evaluated).unwrap();
         replay.run(&mut [&mut recording]).unwrap();
-        recording.into_inner().unwrap()
+        recording.close(None).unwrap().0
     };
     let bytes = record();
     assert_eq!(bytes, record(), "the same bytes every time");
