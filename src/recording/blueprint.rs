@@ -194,6 +194,12 @@ impl<'a, W: Write> Writer<'a, W> {
         self.put(id.path(), &container)
     }
 
+    /// What stands on the tab of a container.
+    pub fn name(&mut self, id: impl Part, name: &str) -> Result<(), Error> {
+        let name = ContainerBlueprint::update_fields().with_display_name(Name(name.into()));
+        self.put(id.path(), &name)
+    }
+
     /// The whole window, with the side panels folded.
     pub fn window(&mut self, root: impl Part) -> Result<(), Error> {
         self.put(
