@@ -93,7 +93,8 @@ struct Map<'a> {
 struct Features<'a> {
     features: u64,
     visible: u64,
-    matched: usize,
+    matched: u64,
+    unasked: u64,
     missed: Vec<Missed>,
     spurious: &'a [u32],
     duplicates: Vec<Named>,
@@ -227,7 +228,8 @@ fn features<'a>(score: &'a KindScore, truth: &Truth) -> Features<'a> {
     Features {
         features: score.features,
         visible: score.visible,
-        matched: score.matches.len(),
+        matched: score.matched(),
+        unasked: score.unasked,
         missed: score
             .missed
             .iter()
