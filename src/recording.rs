@@ -10,6 +10,7 @@ mod covariance;
 mod decided;
 mod encode;
 mod error;
+mod evidence;
 mod extent;
 pub mod grid;
 mod hold;
@@ -21,6 +22,7 @@ mod origin;
 mod overlay;
 mod plots;
 mod robot;
+mod shapes;
 mod style;
 mod suspects;
 mod table;
@@ -40,6 +42,7 @@ use self::closed::ClosedTables;
 use self::decided::DecidedTables;
 use self::encode::RrdWriter;
 pub use self::error::Error;
+use self::evidence::EvidenceTable;
 use self::extent::Extent;
 use self::hold::{Held, Hold};
 use self::live::{Live, LiveError};
@@ -83,6 +86,7 @@ pub struct Recording<W: Write> {
     labels: BTreeMap<&'static str, u64>,
     hold: Hold,
     decided: DecidedTables,
+    evidence: EvidenceTable,
     closed: ClosedTables,
     map: MapTables,
     robot: RobotTables,
@@ -219,6 +223,7 @@ impl<W: Write> Recording<W> {
             hold: Hold::default(),
             seen: BTreeSet::new(),
             decided: DecidedTables::new(setting.sonars),
+            evidence: EvidenceTable::new(setting.sonars),
             closed: ClosedTables::new(),
             map: MapTables::new(),
             robot: RobotTables::new(),
@@ -276,6 +281,7 @@ impl<W: Write> Recording<W> {
             self.robot
                 .push(at, frame.world_from_robot, self.lines, out)?;
             self.hold.push(Held::new(at, frame, step));
+            self.evidence.await_frame(at, step);
             self.suspects.pass(at);
         }
         self.digest(at, step)?;
@@ -303,6 +309,9 @@ impl<W: Write> Recording<W> {
         }
         self.closed.note(step, out.origin());
         self.log.push(at, &step.extractions, self.lines, out)?;
+        let shown = step.judgements.iter();
+        let shown = shown.filter(|known| self.overlay.shows(known.arc.id.frame));
+        self.evidence.push(shown, self.lines, out)?;
         self.suspects.note(&step.judgements);
         self.map.update(at, step, self.lines, out)
     }
@@ -353,6 +362,7 @@ impl<W: Write> Recording<W> {
             truth.finish(last, lines, out_ref)?;
         }
         self.decided.flush(lines, out_ref)?;
+        self.evidence.flush(lines, out_ref)?;
         self.marks.flush(lines, out_ref)?;
         self.closed.flush(lines, out_ref)?;
         self.map.flush(lines, out_ref)?;

@@ -47,7 +47,7 @@ fn echo(sensor: &Pose2) -> Option<f64> {
         .min_by(f64::total_cmp)
 }
 
-fn ring(count: u16) -> Vec<Sonar> {
+pub(super) fn ring(count: u16) -> Vec<Sonar> {
     (0..count)
         .map(|i| {
             let yaw = TAU * f64::from(i) / f64::from(count);
@@ -62,7 +62,7 @@ fn ring(count: u16) -> Vec<Sonar> {
 }
 
 /// Steps of 10 cm up and down the room, with a little noise that is the same every time.
-fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> Vec<Frame> {
+pub(super) fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> Vec<Frame> {
     let mut noise = 1_u64;
     (0..count)
         .map(|index| {
@@ -106,7 +106,7 @@ fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> Vec<
         .collect()
 }
 
-fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
+pub(super) fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
     let config = Config::default();
     let source = Source {
         file: "room.mcap".to_owned(),
@@ -208,7 +208,7 @@ fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all
             .map(|frame| (i64::from(frame.index), None))
             .collect();
         for verdict in all.iter().filter(|v| v.arc.sonar == SonarId(id)) {
-            let name = verdict.label.name().to_owned();
+            let name = style::name(verdict.label);
             expected.insert(i64::from(verdict.arc.frame), Some(name));
         }
         let path = format!("/labels/{}", sonar.name);
