@@ -36,8 +36,6 @@ Examples:
 pub struct Args {
     /// The MCAP log
     log: PathBuf,
-    #[command(flatten)]
-    axes: Axes,
     /// Rank by this column of the CSV first
     #[arg(long, value_name = "COLUMN")]
     sort: Option<String>,
@@ -65,6 +63,8 @@ pub struct Args {
     /// Threads to replay in [default: one per processor]; the result is the same
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
+    #[command(flatten)]
+    axes: Axes,
     #[command(flatten)]
     selection: Selection,
 }

@@ -22,7 +22,7 @@ pub struct KindScore {
     pub matches: Vec<Match>,
     /// How many of these matches are with walls or points that hardly echoed and are not asked for.
     pub unasked: u64,
-    /// Visible walls or points that a feature matched with another one shows as well: the next
+    /// Walls or points that a feature matched with another one shows as well: the next
     /// piece of the same wall, another wall's end in the same corner.
     pub shared: Vec<(u32, Reflector)>,
     /// Visible walls or points without a feature.
@@ -82,12 +82,11 @@ impl KindScore {
         let pairing = Pairing::new(kind, features, truth);
         let Pairing {
             matches,
-            mut shared,
+            shared,
             duplicates,
             parts,
             spurious,
         } = pairing;
-        shared.retain(|(_, reflector)| truth.is_visible(*reflector));
         let unasked = matches.iter().filter(|m| !truth.is_visible(m.reflector));
         let unasked = unasked.count() as u64;
         let is_there = |reflector| {
@@ -119,6 +118,12 @@ impl KindScore {
     /// Visible walls or points that the map shows; with those it misses, all that are visible.
     pub fn matched(&self) -> u64 {
         self.visible.saturating_sub(self.missed.len() as u64)
+    }
+
+    /// How many of these have no feature of their own: one that is matched with another shows them.
+    pub fn without_own(&self) -> u64 {
+        let own = (self.matches.len() as u64).saturating_sub(self.unasked);
+        self.matched().saturating_sub(own)
     }
 
     /// Features that are right without being asked for.

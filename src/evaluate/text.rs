@@ -186,11 +186,11 @@ fn map(score: &MapScore) -> String {
          these lines beside no wall\n",
     );
     for (name, kind) in [("walls", &score.lines), ("points", &score.points)] {
-        if !kind.shared.is_empty() {
+        if kind.without_own() > 0 {
             let _ = writeln!(
                 text,
                 "  {} of the matched {name} have no feature of their own: that of the next one shows them",
-                kind.shared.len()
+                kind.without_own()
             );
         }
         let missed: Vec<String> = kind.missed.iter().map(|r| number(*r)).collect();

@@ -112,6 +112,8 @@ fn a_line_is_every_piece_of_a_wall_that_it_covers() {
         let over = [line(0, 2.0, -2.0, end)];
         let lines = MapScore::new(over.iter(), &door).lines;
         assert_eq!((lines.matches.len(), lines.shared.len()), (1, shared));
+        // The wall behind the door never echoed: it is not counted, shown or not.
+        assert_eq!((lines.matched(), lines.without_own()), (1, 0));
     }
 }
 
