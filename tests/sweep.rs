@@ -171,6 +171,12 @@ fn a_cell_is_what_replay_makes_of_its_flags() {
         "sweep {} --set sonar.sonar_02.yaw=40,50 --alpha 0.6 --json",
     );
     let sweep: Value = serde_json::from_str(ok(&run)).unwrap();
+    // What is configured is a cell like the others, with the log's mount.
+    assert_eq!(
+        sweep["configured"]["values"],
+        serde_json::json!([0.5, 45.0])
+    );
+    assert_ne!(sweep["configured"]["scores"], Value::Null);
     // Flags with a key of their own come first.
     for cell in sweep["cells"].as_array().unwrap() {
         let yaw = cell["values"][1].as_f64().unwrap();
