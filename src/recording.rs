@@ -11,7 +11,9 @@ mod covariance;
 mod decided;
 mod encode;
 mod error;
+mod evidence;
 mod extent;
+mod finish;
 pub mod grid;
 mod hold;
 pub mod live;
@@ -22,6 +24,8 @@ mod origin;
 mod overlay;
 mod plots;
 mod robot;
+mod shapes;
+mod start;
 mod style;
 mod suspects;
 mod table;
@@ -33,37 +37,29 @@ mod views;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-use rerun::components::TextLogLevel;
-use rerun::{RecordingInfo, Scale3D, Transform3D};
-
-use self::blueprint::Layout;
 pub use self::carried::{Carried, CarriedError};
 use self::closed::ClosedTables;
 use self::decided::DecidedTables;
 use self::encode::RrdWriter;
 pub use self::error::Error;
+use self::evidence::EvidenceTable;
 use self::extent::Extent;
 use self::hold::{Held, Hold};
-use self::live::{Live, LiveError};
-use self::log::{LogTable, opening};
+use self::live::LiveError;
+use self::log::LogTable;
 use self::map::MapTables;
-use self::names::store_ids;
-use self::origin::Origin;
 use self::overlay::OverlayTable;
 pub use self::overlay::{Overlay, Sketched};
 use self::plots::Limits;
 use self::robot::RobotTables;
 use self::suspects::SuspectTables;
-use self::table::{Moment, Timelines, put_static};
+use self::table::{Moment, Timelines};
 pub use self::truth::Evaluated;
 use self::truth::TruthTables;
 use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
-use crate::observer::{Observer, ObserverError, Setting};
+use crate::observer::{Observer, ObserverError};
 use crate::tmam::step::Step;
-
-/// What the angle plots are laid out for until the beams are known, radians.
-const USUAL_BEAM_WIDTH: f64 = 0.5;
 
 /// A Rerun recording being written.
 pub struct Recording<W: Write> {
@@ -83,6 +79,7 @@ pub struct Recording<W: Write> {
     labels: BTreeMap<&'static str, u64>,
     hold: Hold,
     decided: DecidedTables,
+    evidence: EvidenceTable,
     closed: ClosedTables,
     map: MapTables,
     robot: RobotTables,
@@ -94,141 +91,6 @@ pub struct Recording<W: Write> {
 }
 
 impl<W: Write> Recording<W> {
-    /// Starts a recording; everything that never changes is written now.
-    ///
-    /// # Errors
-    /// When `out` cannot be written to.
-    pub fn new(out: W, setting: Setting<'_>) -> Result<Self, Error> {
-        Self::start(out, setting, Overlay::default(), None, None)
-    }
-
-    /// Starts a recording of a replay that has been evaluated, with the truth and the errors in it.
-    ///
-    /// # Errors
-    /// When `out` cannot be written to.
-    pub fn of_evaluated(
-        out: W,
-        setting: Setting<'_>,
-        evaluated: Evaluated<'_>,
-    ) -> Result<Self, Error> {
-        Self::start(out, setting, Overlay::default(), Some(evaluated), None)
-    }
-
-    /// Starts a recording with something drawn over it.
-    ///
-    /// # Errors
-    /// When `out` cannot be written to.
-    pub fn overlaid(out: W, setting: Setting<'_>, overlay: Overlay) -> Result<Self, Error> {
-        Self::start(out, setting, overlay, None, None)
-    }
-
-    /// Starts a recording that an open viewer, where there is one, is shown as well. When it goes
-    /// away that is an error where the recording is `only_live`; else it goes on without, and
-    /// [`close`](Self::close) says so.
-    ///
-    /// # Errors
-    /// When `out` cannot be written to.
-    pub fn with_viewer(
-        out: W,
-        viewer: Option<Live>,
-        only_live: bool,
-        setting: Setting<'_>,
-    ) -> Result<Self, Error> {
-        let live = viewer.map(|viewer| (viewer, only_live));
-        Self::start(out, setting, Overlay::default(), None, live)
-    }
-
-    fn start(
-        out: W,
-        setting: Setting<'_>,
-        overlay: Overlay,
-        evaluated: Option<Evaluated<'_>>,
-        live: Option<(Live, bool)>,
-    ) -> Result<Self, Error> {
-        let (viewer, only_live) = live.map_or((None, false), |(viewer, only)| (Some(viewer), only));
-        let source = setting.source;
-        let world = evaluated.map(|evaluated| evaluated.truth.world());
-        let [recording, blueprint] = store_ids(&setting, world);
-        let origin = Origin::of(setting.start);
-        let start_ns = source.start_ns;
-        let mut out = RrdWriter::new(out, viewer, recording, blueprint, start_ns, origin)?;
-        let limits = Limits {
-            gamma: setting.config.triple.gamma,
-            gate: setting.config.opinion.gate,
-        };
-        put_static(
-            "/__properties",
-            &RecordingInfo::new()
-                .with_name(source.file.as_str())
-                .with_start_time(source.start_ns),
-            &mut out,
-        )?;
-        origin.put(&mut out)?;
-        put_static(
-            "/about",
-            &about::page(&setting, &overlay.about, origin),
-            &mut out,
-        )?;
-        // A 2D view has y down: turn the world over.
-        put_static(
-            "/world",
-            &Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0])),
-            &mut out,
-        )?;
-        put_static("/world", &style::annotations(), &mut out)?;
-        arcs::put_styles(&mut out)?;
-        plots::put_styles(setting.sonars, limits, &mut out)?;
-        suspects::put_styles(&mut out)?;
-        closed::put_styles(&mut out)?;
-        robot::put_styles(setting.sonars, &mut out)?;
-        let truth = evaluated
-            .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
-            .transpose()?;
-        let lines = Timelines::new(source.start_ns);
-        out.preview(|out| {
-            let layout = Layout {
-                bounds: None,
-                frames: 0,
-                lanes: setting.sonars.len(),
-                sonars: setting.sonars.len(),
-                beam_width: USUAL_BEAM_WIDTH.max(limits.gamma),
-                gate: limits.gate,
-                stamp: lines.stamp,
-                evaluated: evaluated.is_some(),
-                first: None,
-            };
-            blueprint::put(&layout, out)
-        })?;
-        if overlay != Overlay::default() {
-            overlay.put(&mut out)?;
-            overlay.note(setting.sonars, lines, &mut out)?;
-        }
-        Ok(Self {
-            out,
-            only_live,
-            lost: None,
-            lines,
-            sonars: setting.sonars.to_vec(),
-            limits,
-            beam_width: limits.gamma,
-            extent: Extent::default(),
-            span: None,
-            opening: opening(&setting),
-            labels: BTreeMap::new(),
-            hold: Hold::default(),
-            seen: BTreeSet::new(),
-            decided: DecidedTables::new(setting.sonars),
-            closed: ClosedTables::new(),
-            map: MapTables::new(),
-            robot: RobotTables::new(),
-            log: LogTable::new(setting.sonars),
-            suspects: SuspectTables::new(setting.sonars),
-            truth,
-            overlay,
-            marks: OverlayTable::new(),
-        })
-    }
-
     /// Closes the file after [`Observer::finish`], with the results of the run in it where they are
     /// `carried`; gives the writer back, flushed, and why the viewer was not shown everything.
     ///
@@ -279,6 +141,7 @@ impl<W: Write> Recording<W> {
             self.robot
                 .push(at, frame.world_from_robot, self.lines, out)?;
             self.hold.push(Held::new(at, frame, step));
+            self.evidence.await_frame(at, step);
             self.suspects.pass(at);
         }
         self.digest(at, step)?;
@@ -304,6 +167,9 @@ impl<W: Write> Recording<W> {
         }
         self.closed.note(step, out.origin());
         self.log.push(at, &step.extractions, self.lines, out)?;
+        let shown = step.judgements.iter();
+        let shown = shown.filter(|known| self.overlay.shows(known.arc.id.frame));
+        self.evidence.push(shown, self.lines, out)?;
         self.suspects.note(&step.judgements);
         self.map.update(at, step, self.lines, out)
     }
@@ -314,65 +180,6 @@ impl<W: Write> Recording<W> {
             Some(truth) => truth.push(at, &step.arcs, &mut self.log, self.lines, &mut self.out),
             None => Ok(()),
         }
-    }
-
-    fn end(&mut self, step: &Step) -> Result<(), Error> {
-        let last = self.span.map_or(
-            Moment {
-                frame: 0,
-                stamp_ns: 0,
-            },
-            |(_, last)| last,
-        );
-        self.digest(last, step)?;
-        let (lines, out) = (self.lines, &mut self.out);
-        while let Some(ready) = self.hold.drain() {
-            self.decided.write(&ready, &self.sonars, lines, out)?;
-            self.marks
-                .push(&ready, &self.overlay, &self.sonars, lines, out)?;
-        }
-        if let Some((first, last)) = self.span {
-            self.closed.push(last, lines, out)?;
-            let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
-            let [walls, points, tentative] = self.map.counts();
-            let text = format!(
-                "end: {} frames; {} contact, {} intersection, {} unidentified arcs, {} suspect; \
-                 {walls} line(s) and {points} point(s) in the map, {tentative} more tentative",
-                last.frame - first.frame + 1,
-                arcs("contact"),
-                arcs("intersection"),
-                arcs("unidentified"),
-                self.suspects.count(),
-            );
-            self.log.note(last, TextLogLevel::INFO, text, lines, out)?;
-        }
-        if let Some(truth) = &mut self.truth {
-            truth.finish(last, lines, out)?;
-        }
-        self.decided.flush(lines, out)?;
-        self.marks.flush(lines, out)?;
-        self.closed.flush(lines, out)?;
-        self.map.flush(lines, out)?;
-        self.robot.flush(lines, out)?;
-        self.log.flush(lines, out)?;
-        self.suspects.write(lines, out)?;
-        let ends: Vec<Moment> = self.span.iter().flat_map(|(a, b)| [*a, *b]).collect();
-        let seen = &self.seen;
-        plots::put_last(&self.sonars, seen, self.limits, &ends, lines, out)?;
-        let layout = Layout {
-            bounds: Some(self.extent.bounds().seen_from(out.origin())),
-            frames: self
-                .span
-                .map_or(0, |(first, last)| last.frame - first.frame + 1),
-            lanes: self.seen.len(),
-            sonars: self.sonars.len(),
-            beam_width: self.beam_width,
-            gate: self.limits.gate,
-            stamp: lines.stamp,
-            evaluated: self.truth.is_some(),
-            first: self.overlay.first_frame,
-        };
-        blueprint::put(&layout, out)
     }
 }
 

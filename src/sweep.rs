@@ -8,6 +8,8 @@
 pub mod axes;
 mod cell;
 pub mod columns;
+pub mod conclusion;
+pub mod configured;
 pub mod csv;
 pub mod grid;
 pub mod json;
@@ -31,6 +33,7 @@ use crate::log::truth::RecordedTruth;
 use crate::world::World;
 use cell::Runner;
 use columns::{Column, WITH_TRUTH, WITHOUT_TRUTH};
+use configured::Configured;
 use score::Score;
 
 /// What is asked of a sweep.
@@ -86,6 +89,8 @@ pub struct Sweep {
     pub losses: Vec<String>,
     /// By what the cells are ranked.
     pub ranked_by: Vec<&'static Column>,
+    /// The log without the sweep.
+    pub configured: Configured,
     /// Every cell, the best first, those that failed last.
     pub cells: Vec<Cell>,
 }
@@ -163,16 +168,14 @@ impl Plan<'_> {
                 threads: self.threads,
                 source,
             })?;
-        let mut cells: Vec<Cell> = pool.install(|| {
-            (0..self.grid.cells())
-                .into_par_iter()
-                .map(|index| {
-                    let score = runner.run(index);
-                    tick();
-                    Cell { index, score }
-                })
-                .collect()
-        });
+        let run = |index| {
+            let score = runner.run(index);
+            tick();
+            Cell { index, score }
+        };
+        let cells = || (0..self.grid.cells()).into_par_iter().map(run).collect();
+        let (configured, mut cells): (_, Vec<Cell>) =
+            pool.install(|| rayon::join(|| runner.configured(), cells));
         columns::rank(&mut cells, &ranked_by);
         let about = runner.into_about();
         if cells.iter().all(|cell| cell.score.is_err())
@@ -191,6 +194,7 @@ impl Plan<'_> {
             grid: self.grid,
             with_truth,
             ranked_by,
+            configured,
             cells,
         })
     }

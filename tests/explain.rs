@@ -182,6 +182,17 @@ fn a_time_and_a_place_name_an_arc() {
     assert_eq!(by_place["arc"], told["arc"]);
     assert!(by_place["distance"].as_f64().unwrap() < 1e-6);
     assert!(!by_place["also_near"].as_array().unwrap().is_empty());
+
+    // Where the sonar itself was, nothing echoed.
+    let [x, y] = ["x", "y"].map(|key| told["arc"][key].as_f64().unwrap());
+    let nowhere = bench.tmam(&log, &format!("explain {{}} --at {x},{y}"));
+    assert!(
+        nowhere
+            .stdout
+            .contains("No arc passes near the place asked for"),
+        "{}",
+        nowhere.stdout
+    );
 }
 
 #[test]

@@ -52,6 +52,60 @@ fn a_mount_that_is_off_by_five_degrees_is_found_without_the_truth() {
 }
 
 #[test]
+fn the_lead_over_what_is_configured_is_told() {
+    let bench = Bench::new();
+    drive(&bench);
+    bench.put("wrong.toml", "[sonar.sonar_03]\nyaw = 72.5\n");
+    let log = bench.path("drive.mcap");
+    let table = |flags: &str| ok(&bench.tmam(&log, &format!("sweep {{}} {flags}"))).to_owned();
+    let sweep = "--no-truth --set sonar.sonar_03.yaw";
+    let wrong = table(&format!("--config wrong.toml {sweep}=65:70:2.5"));
+    assert!(
+        wrong.contains("configured: sonar.sonar_03.yaw=72.5\n  the best cell is better by 0."),
+        "{wrong}"
+    );
+    // The log's own mount is right.
+    let right = table(&format!("{sweep}=65:70:2.5"));
+    assert!(
+        right.contains(
+            "configured: sonar.sonar_03.yaw=67.5\n  the best cell is no better than that"
+        ),
+        "{right}"
+    );
+    let outside = table(&format!("{sweep}=75:80:2.5"));
+    assert!(
+        outside.contains("no cell is as good as that; the best one is worse by 0."),
+        "{outside}"
+    );
+    // With the truth, the column that tells them apart is named.
+    let truth = table("--rule paper --alpha 0.3,0.8");
+    assert!(truth.contains("configured: triple.alpha=0.5\n"), "{truth}");
+    assert!(truth.contains(" map errors ("), "{truth}");
+}
+
+#[test]
+fn ties_are_told_and_so_is_what_changes_nothing() {
+    let bench = Bench::new();
+    let log = sample("room_step.mcap");
+    let run = bench.tmam(&log, "sweep {} --alpha 0.3,0.5,0.7");
+    assert!(ok(&run).contains("All cells are alike"), "{}", run.stdout);
+    assert!(
+        run.stderr
+            .contains("no label depends on triple.alpha under the noise-aware rule"),
+        "{}",
+        run.stderr
+    );
+    let run = bench.tmam(&log, "sweep {} --alpha 0.3,0.5,0.7 --step 0.1,0.5");
+    let table = ok(&run);
+    assert!(table.contains("2 other cells do just as well"), "{table}");
+    assert!(
+        table.contains("triple.alpha makes no difference among them"),
+        "{table}"
+    );
+    assert!(!table.contains("triple.alpha is best at an end"), "{table}");
+}
+
+#[test]
 fn a_clock_that_is_late_is_found_without_the_truth() {
     let bench = Bench::new();
     drive(&bench);
@@ -117,6 +171,12 @@ fn a_cell_is_what_replay_makes_of_its_flags() {
         "sweep {} --set sonar.sonar_02.yaw=40,50 --alpha 0.6 --json",
     );
     let sweep: Value = serde_json::from_str(ok(&run)).unwrap();
+    // What is configured is a cell like the others, with the log's mount.
+    assert_eq!(
+        sweep["configured"]["values"],
+        serde_json::json!([0.5, 45.0])
+    );
+    assert_ne!(sweep["configured"]["scores"], Value::Null);
     // Flags with a key of their own come first.
     for cell in sweep["cells"].as_array().unwrap() {
         let yaw = cell["values"][1].as_f64().unwrap();

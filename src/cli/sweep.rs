@@ -36,58 +36,6 @@ Examples:
 pub struct Args {
     /// The MCAP log
     log: PathBuf,
-    /// Values of triple.alpha: a contact arc has theta_c < ALPHA * theta_i
-    #[arg(
-        long,
-        value_name = "VALUES",
-        allow_hyphen_values = true,
-        help_heading = "Grid"
-    )]
-    alpha: Option<String>,
-    /// Values of triple.beta: an intersection arc has theta_c > BETA * theta_i
-    #[arg(
-        long,
-        value_name = "VALUES",
-        allow_hyphen_values = true,
-        help_heading = "Grid"
-    )]
-    beta: Option<String>,
-    /// Values of triple.gamma, degrees: gate on the smaller angle
-    #[arg(
-        long,
-        value_name = "VALUES",
-        allow_hyphen_values = true,
-        help_heading = "Grid"
-    )]
-    gamma: Option<String>,
-    /// Values of frames.step, metres: way that opens a new frame
-    #[arg(
-        long,
-        value_name = "VALUES",
-        allow_hyphen_values = true,
-        help_heading = "Grid"
-    )]
-    step: Option<String>,
-    /// Values of frames.step_angle, degrees: turn that opens a new frame
-    #[arg(
-        long,
-        value_name = "VALUES",
-        allow_hyphen_values = true,
-        help_heading = "Grid"
-    )]
-    step_angle: Option<String>,
-    /// Values of map.match_distance, metres: points nearer than this are one
-    #[arg(
-        long,
-        value_name = "VALUES",
-        allow_hyphen_values = true,
-        help_heading = "Grid"
-    )]
-    match_distance: Option<String>,
-    /// Values of any other key with numbers, repeatable: sonar.front.yaw=-5:5:1; a text or a switch
-    /// holds for all cells: noise_aware.merge=false
-    #[arg(long, value_name = "KEY=VALUES", help_heading = "Grid")]
-    set: Vec<String>,
     /// Rank by this column of the CSV first
     #[arg(long, value_name = "COLUMN")]
     sort: Option<String>,
@@ -116,7 +64,37 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     #[command(flatten)]
+    axes: Axes,
+    #[command(flatten)]
     selection: Selection,
+}
+
+/// What is swept.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Grid")]
+struct Axes {
+    /// Values of triple.alpha: a contact arc has theta_c < ALPHA * theta_i
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    alpha: Option<String>,
+    /// Values of triple.beta: an intersection arc has theta_c > BETA * theta_i
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    beta: Option<String>,
+    /// Values of triple.gamma, degrees: gate on the smaller angle
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    gamma: Option<String>,
+    /// Values of frames.step, metres: way that opens a new frame
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    step: Option<String>,
+    /// Values of frames.step_angle, degrees: turn that opens a new frame
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    step_angle: Option<String>,
+    /// Values of map.match_distance, metres: points nearer than this are one
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    match_distance: Option<String>,
+    /// Values of any other key with numbers, repeatable: sonar.front.yaw=-5:5:1; a text or a switch
+    /// holds for all cells: noise_aware.merge=false
+    #[arg(long, value_name = "KEY=VALUES")]
+    set: Vec<String>,
 }
 
 impl Args {
@@ -125,7 +103,9 @@ impl Args {
         let stdout = self.json.then_some(Path::new("-"));
         refuse_collisions(&[&self.log], &[csv_path, output, stdout])?;
         let grid = self.grid()?;
-        let config = self.selection.configuration(&self.request()?.settings)?;
+        let config = self
+            .selection
+            .configuration(&self.axes.request()?.settings)?;
         for path in [csv_path, output].into_iter().flatten() {
             Output::try_out(path)?;
         }
@@ -173,6 +153,17 @@ impl Args {
         Ok(if judged { DONE } else { INCOMPLETE })
     }
 
+    fn grid(&self) -> Result<Grid, SweepError> {
+        let axes = self.axes.request()?.axes;
+        let twice = axes.iter().find(|axis| self.selection.gives(&axis.key()));
+        if let Some(axis) = twice {
+            return Err(AxisError::SweptTwice { key: axis.key() }.into());
+        }
+        Ok(Grid::new(axes)?)
+    }
+}
+
+impl Axes {
     fn request(&self) -> Result<Request, SweepError> {
         let flags = [
             ("triple.alpha", &self.alpha),
@@ -184,14 +175,5 @@ impl Args {
         ];
         let flags = flags.map(|(key, values)| (key, values.as_deref()));
         Ok(Request::new(&flags, &self.set)?)
-    }
-
-    fn grid(&self) -> Result<Grid, SweepError> {
-        let axes = self.request()?.axes;
-        let twice = axes.iter().find(|axis| self.selection.gives(&axis.key()));
-        if let Some(axis) = twice {
-            return Err(AxisError::SweptTwice { key: axis.key() }.into());
-        }
-        Ok(Grid::new(axes)?)
     }
 }

@@ -194,7 +194,7 @@ pub fn glob_set(patterns: &[String]) -> Result<globset::GlobSet, ConfigError> {
 }
 
 /// The configuration as it stands in the file: degrees, rounded where the conversion left dust.
-pub(super) fn to_table(config: &Config) -> Table {
+pub(crate) fn to_table(config: &Config) -> Table {
     let mut table = Table::try_from(config).unwrap_or_default();
     let walked = each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
         if keys::find(path).is_some_and(|key| key.unit == Unit::Degrees)

@@ -20,7 +20,9 @@ pub struct KindScore {
     pub features: u64,
     /// Features matched one to one with walls or points.
     pub matches: Vec<Match>,
-    /// Visible walls or points that a feature matched with another one shows as well: the next
+    /// How many of these matches are with walls or points that hardly echoed and are not asked for.
+    pub unasked: u64,
+    /// Walls or points that a feature matched with another one shows as well: the next
     /// piece of the same wall, another wall's end in the same corner.
     pub shared: Vec<(u32, Reflector)>,
     /// Visible walls or points without a feature.
@@ -85,6 +87,8 @@ impl KindScore {
             parts,
             spurious,
         } = pairing;
+        let unasked = matches.iter().filter(|m| !truth.is_visible(m.reflector));
+        let unasked = unasked.count() as u64;
         let is_there = |reflector| {
             matches.iter().any(|m| m.reflector == reflector)
                 || shared.iter().any(|(_, other)| *other == reflector)
@@ -102,12 +106,29 @@ impl KindScore {
             errors: Errors::of(matches.iter().map(|m| &m.comparison)),
             covered: lengths.and_then(|lengths| lengths.covered),
             overrun: lengths.map(|lengths| lengths.overrun),
+            unasked,
             matches,
             shared,
             spurious,
             duplicates,
             parts,
         }
+    }
+
+    /// Visible walls or points that the map shows; with those it misses, all that are visible.
+    pub fn matched(&self) -> u64 {
+        self.visible.saturating_sub(self.missed.len() as u64)
+    }
+
+    /// How many of these have no feature of their own: one that is matched with another shows them.
+    pub fn without_own(&self) -> u64 {
+        let own = (self.matches.len() as u64).saturating_sub(self.unasked);
+        self.matched().saturating_sub(own)
+    }
+
+    /// Features that are right without being asked for.
+    pub fn more(&self) -> u64 {
+        self.unasked + self.parts.len() as u64
     }
 
     /// Features that are too many: no wall or point of the world, or one already there.

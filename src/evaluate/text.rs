@@ -167,11 +167,11 @@ fn map(score: &MapScore) -> String {
             name.to_owned(),
             kind.visible.to_string(),
             kind.features.to_string(),
-            (kind.matches.len() + kind.shared.len()).to_string(),
+            kind.matched().to_string(),
             kind.missed.len().to_string(),
             kind.surplus().to_string(),
             kind.duplicates.len().to_string(),
-            kind.parts.len().to_string(),
+            kind.more().to_string(),
             kind.covered
                 .map_or_else(String::new, |covered| percent(Some(covered))),
             kind.overrun
@@ -180,16 +180,17 @@ fn map(score: &MapScore) -> String {
     }
     let mut text = render(&rows);
     text.push_str(
-        "  there: echoed at least 3 times; spurious: no wall or point of the world, or one that is in\n  \
-         the map already (twice); more: right as well, another part of a wall that is matched, or a\n  \
-         point where walls would meet; beyond: length of these lines beside no wall\n",
+        "  there: walls and points that echoed at least 3 times, each of them matched or missed; spurious: no\n  \
+         wall or point of the world, or one that is in the map already (twice); more: right without being\n  \
+         asked for, another part of a wall that is matched, or what echoed less often; beyond: length of\n  \
+         these lines beside no wall\n",
     );
     for (name, kind) in [("walls", &score.lines), ("points", &score.points)] {
-        if !kind.shared.is_empty() {
+        if kind.without_own() > 0 {
             let _ = writeln!(
                 text,
                 "  {} of the matched {name} have no feature of their own: that of the next one shows them",
-                kind.shared.len()
+                kind.without_own()
             );
         }
         let missed: Vec<String> = kind.missed.iter().map(|r| number(*r)).collect();

@@ -1,5 +1,6 @@
 //! What really echoed, and what could be seen at all.
 
+mod error;
 mod survey;
 mod target;
 
@@ -12,6 +13,7 @@ use crate::odometry::Track;
 use crate::replay::Replay;
 use crate::tmam::arc::Arc;
 use crate::world::{Reflector, World};
+pub use error::TruthError;
 pub use target::{Other, Target};
 
 /// A wall or point that echoed fewer times than this cannot be asked of a map: a triple has three
@@ -32,52 +34,6 @@ pub enum Origin {
     Log,
     /// The echo model at each arc's pose, in a world from a file or the log.
     EchoModel,
-}
-
-/// Why there is no truth to hold a replay against.
-#[derive(Debug, thiserror::Error)]
-pub enum TruthError {
-    /// Nothing says it.
-    #[error(
-        "{file} carries no truth to evaluate against. Give the walls and points that were there with \
-         --truth WORLD.json ({{\"walls\": [[x1,y1,x2,y2], ...], \"points\": [[x,y], ...]}}, metres in the \
-         odometry frame), or evaluate a log that `tmam simulate` wrote"
-    )]
-    None {
-        /// The log.
-        file: String,
-    },
-    /// The world in the log is of no use.
-    #[error(
-        "the world in {file} cannot be used: {problem}. Give the right one with --truth WORLD.json"
-    )]
-    World {
-        /// The log.
-        file: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A tolerance that is none.
-    #[error("--agree is {value} m; it must be 0 or more")]
-    Agreement {
-        /// Metres.
-        value: f64,
-    },
-    /// The log says that something echoed which its world does not have.
-    #[error(
-        "{file} says that {kind} {index} echoed, but its world has {known} of them. Give the world with \
-         --truth WORLD.json"
-    )]
-    NoSuchReflector {
-        /// The log.
-        file: String,
-        /// `wall` or `point`.
-        kind: &'static str,
-        /// From 0.
-        index: usize,
-        /// How many there are.
-        known: usize,
-    },
 }
 
 /// What really echoed.

@@ -15,6 +15,9 @@ use crate::info::tables::{render, table};
 use crate::observer::Setting;
 pub use suspects::suspects;
 
+/// An arc that passes farther from a place than this is hardly the one that was meant, metres.
+const FAR: f64 = 0.3;
+
 /// The whole story of an arc. `log` is how the log was named on the command line.
 pub fn text(setting: &Setting<'_>, log: &str, told: &Explanation) -> String {
     let mut text = head(setting, told);
@@ -84,11 +87,18 @@ fn head(setting: &Setting<'_>, told: &Explanation) -> String {
         },
     );
     if let Some(distance) = told.distance {
-        let _ = writeln!(
-            text,
-            "It passes {:.1} mm from the place asked for.",
-            distance * 1e3
-        );
+        let millimetres = distance * 1e3;
+        let _ = if distance > FAR {
+            writeln!(
+                text,
+                "No arc passes near the place asked for: this one, the nearest, passes {millimetres:.1} mm from it."
+            )
+        } else {
+            writeln!(
+                text,
+                "It passes {millimetres:.1} mm from the place asked for."
+            )
+        };
     }
     // What one types has three decimals at most.
     if let Some(late) = told.late.filter(|late| late.abs() > 1e-3) {

@@ -6,7 +6,7 @@ use crate::legible::one_line;
 
 /// Why a channel of odometry is of no use although its messages are read.
 pub const NO_POSE: &str =
-    "its messages hold no pose (NaN, farther than 1e8 m, or a quaternion of zero)";
+    "its messages hold no pose (NaN, farther off than 100,000 km, or a quaternion of zero)";
 /// Why a channel of ranges is of no use although its messages are read.
 pub const NO_RANGE: &str = "its messages hold no range";
 

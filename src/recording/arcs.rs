@@ -14,6 +14,9 @@ use crate::geometry::Vec2;
 use crate::tmam::pair::PairPoint;
 use crate::tmam::triple::{Evidence, Verdict};
 
+/// The entity of the arcs.
+pub const ARCS: &str = "/world/arcs";
+
 struct ArcStrip {
     points: Vec<[f32; 2]>,
     class: u16,
@@ -80,7 +83,7 @@ impl ArcTables {
     pub fn new(sonars: &[Sonar]) -> Self {
         Self {
             sonars: sonars.iter().map(|sonar| sonar.name.clone()).collect(),
-            arcs: Table::new("/world/arcs"),
+            arcs: Table::new(ARCS),
             beams: Table::new("/world/beams"),
             contact_points: Table::new("/world/contact_points"),
             intersection_points: Table::new("/world/intersection_points"),
@@ -141,10 +144,7 @@ impl ArcTables {
 
 /// The sonar, the label and the evidence for it, in a line.
 pub fn story(sonar: &str, verdict: &Verdict) -> String {
-    let label = match verdict.label.reason() {
-        Some(reason) => format!("{}: {}", verdict.label.name(), reason.name()),
-        None => verdict.label.name().to_owned(),
-    };
+    let label = style::name(verdict.label);
     let Some(evidence) = &verdict.evidence else {
         return format!("{sonar}, {label}");
     };
@@ -198,7 +198,7 @@ fn on_middle(before: &[Option<PairPoint>], after: &[Option<PairPoint>]) -> Vec<V
 pub fn put_styles<W: Write>(out: &mut RrdWriter<W>) -> Result<(), Error> {
     let strips = LineStrips2D::update_fields;
     put_static(
-        "/world/arcs",
+        ARCS,
         &strips()
             .with_radii([ui(2.0)])
             .with_show_labels(false)

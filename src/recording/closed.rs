@@ -3,67 +3,18 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use rerun::{Color, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
+use rerun::{Color, LineStrips2D, Points2D};
 
 use super::Error;
 use super::encode::RrdWriter;
 use super::origin::Origin;
+use super::shapes::{Dot, Strip};
 use super::style::{self, order, ui};
-use super::table::{Instance, Moment, Table, Timelines, put_static};
+use super::table::{Moment, Table, Timelines, put_static};
 use crate::tmam::arc::{Arc, ArcId};
 use crate::tmam::feature::{Action, Extraction, Kind, Shape};
 use crate::tmam::step::Step;
 use crate::tmam::triple::Label;
-
-struct Strip {
-    points: Vec<[f32; 2]>,
-    color: Color,
-    label: String,
-}
-
-impl Instance for Strip {
-    fn columns(
-        strips: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let colors: Vec<Color> = strips.iter().map(|strip| strip.color).collect();
-        let (points, labels): (Vec<_>, Vec<_>) = strips
-            .into_iter()
-            .map(|strip| (strip.points, strip.label))
-            .unzip();
-        Ok(LineStrips2D::update_fields()
-            .with_strips(points)
-            .with_colors(colors)
-            .with_labels(labels)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-struct Spot {
-    position: [f32; 2],
-    color: Color,
-    label: String,
-}
-
-impl Instance for Spot {
-    fn columns(
-        spots: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let colors: Vec<Color> = spots.iter().map(|spot| spot.color).collect();
-        let (positions, labels): (Vec<_>, Vec<_>) = spots
-            .into_iter()
-            .map(|spot| (spot.position, spot.label))
-            .unzip();
-        Ok(Points2D::update_fields()
-            .with_positions(positions)
-            .with_colors(colors)
-            .with_labels(labels)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
 
 /// The extracted features of one frame, and the arcs they came from.
 pub struct ClosedTables {
@@ -72,14 +23,14 @@ pub struct ClosedTables {
     shown: bool,
     arcs: Table<Strip>,
     lines: Table<Strip>,
-    points: Table<Spot>,
+    points: Table<Dot>,
 }
 
 #[derive(Default)]
 struct Drawing {
     arcs: Vec<Strip>,
     lines: Vec<Strip>,
-    points: Vec<Spot>,
+    points: Vec<Dot>,
 }
 
 impl ClosedTables {
@@ -109,7 +60,7 @@ impl ClosedTables {
         let (color, label) = (color(extraction), label(extraction));
         let strip = |points| Strip {
             points,
-            color,
+            color: Some(color),
             label: label.clone(),
         };
         let associated = extraction.associated.iter();
@@ -123,9 +74,9 @@ impl ClosedTables {
                 let ends = segment.ends().map(|end| origin.xy(end));
                 self.now.lines.push(strip(ends.to_vec()));
             }
-            Some(Shape::Point(point)) => self.now.points.push(Spot {
+            Some(Shape::Point(point)) => self.now.points.push(Dot {
                 position: origin.xy(point.position),
-                color,
+                color: Some(color),
                 label: label.clone(),
             }),
             None => {}

@@ -4,10 +4,10 @@ mod curve;
 mod drawing;
 mod heat;
 mod layout;
+mod marks;
+mod page;
 
 use std::io::Write;
-
-use rerun::TextDocument;
 
 use super::Error;
 use super::encode::RrdWriter;
@@ -22,8 +22,6 @@ use drawing::Drawing;
 const MOST_PICTURES: usize = 4;
 /// Pairs of keys that are drawn.
 const MOST_PAIRS: usize = 6;
-/// Cells in the table beside the pictures.
-const ROWS: usize = 25;
 
 /// Pictures that belong together, and what they are of.
 struct Group {
@@ -34,6 +32,8 @@ struct Group {
 /// One picture under its title.
 struct Picture {
     title: String,
+    /// Whether it shows the same number everywhere.
+    is_flat: bool,
     drawing: Drawing,
 }
 
@@ -50,7 +50,7 @@ pub fn write<W: Write>(out: W, sweep: &Sweep) -> Result<(), Error> {
         format!("sweep-{:016x}", fnv1a(&content)),
     );
     let mut out = RrdWriter::new(out, None, recording, blueprint, 0, Origin::default())?;
-    put_static("/about", &about(sweep), &mut out)?;
+    put_static("/about", &page::page(sweep, &drawn(sweep)), &mut out)?;
     let groups = groups(sweep);
     for (place, picture) in groups.iter().flat_map(|group| &group.pictures).enumerate() {
         picture.drawing.put(&layout::entity(place), &mut out)?;
@@ -88,6 +88,8 @@ fn groups(sweep: &Sweep) -> Vec<Group> {
             }
         }
     }
+    // Those that show something come first, the one that is open above all.
+    groups.sort_by_key(|group| group.pictures.iter().all(|picture| picture.is_flat));
     groups.truncate(MOST_PAIRS);
     groups
 }
@@ -113,49 +115,5 @@ fn drawn(sweep: &Sweep) -> Vec<&'static Column> {
     drawn
 }
 
-fn about(sweep: &Sweep) -> TextDocument {
-    let columns = drawn(sweep);
-    let heads: Vec<String> = sweep.grid.axes().iter().map(layout::name).collect();
-    let heads = heads
-        .into_iter()
-        .chain(columns.iter().map(|c| c.heading().to_owned()));
-    let mut text = format!("# Sweep of {}\n\n", sweep.file);
-    let mut row = |cells: Vec<String>| {
-        text.push_str(&format!("| {} |\n", cells.join(" | ")));
-    };
-    let heads: Vec<String> = heads.collect();
-    let rule = vec!["---:".to_owned(); heads.len()];
-    row(heads);
-    row(rule);
-    for cell in sweep.cells.iter().take(ROWS) {
-        let Ok(score) = &cell.score else { break };
-        let values = sweep
-            .grid
-            .values(cell.index)
-            .into_iter()
-            .map(|v| v.to_string());
-        row(values
-            .chain(columns.iter().map(|c| c.text(score)))
-            .collect());
-    }
-    let failed = sweep.failed();
-    text.push_str(&format!(
-        "\n{} cells, of which {failed} could not be replayed; the best come first, {}.\n\n{HOW_TO_READ}",
-        sweep.cells.len(),
-        if sweep.with_truth { "by the truth" } else { "without the truth" },
-    ));
-    TextDocument::from_markdown(text)
-}
-
-const HOW_TO_READ: &str = "\
-## How to read it
-
-Every picture shows one number of the table for every cell of the grid. In heat maps yellow is the best cell \
-and dark blue the worst, whichever way is better; where more than two keys were swept, a place shows the best \
-cell behind it. Grey could not be replayed. The white frame, or line, is the cell that is best by the ranking.
-
-**bits** - what it takes to write down a reading to the millimetre when the map is known, the map included. A \
-wrong mount or a late clock puts readings beside the walls that other readings made, or doubles the walls; \
-both cost bits. **explained** - share of the arcs that the noise-aware map explains. **suspect** - share of the \
-labels that their own readings contradict.
-";
+#[cfg(test)]
+mod tests;

@@ -12,60 +12,11 @@ use super::Error;
 use super::covariance::{band, ellipse};
 use super::encode::RrdWriter;
 use super::origin::Origin;
+use super::shapes::{Dot, Strip};
 use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
 use crate::tmam::step::Step;
-
-struct Wall {
-    ends: [[f32; 2]; 2],
-    color: Color,
-    label: String,
-}
-
-impl Instance for Wall {
-    fn columns(
-        walls: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let colors: Vec<Color> = walls.iter().map(|wall| wall.color).collect();
-        let (ends, labels): (Vec<_>, Vec<_>) = walls
-            .into_iter()
-            .map(|wall| (wall.ends, wall.label))
-            .unzip();
-        Ok(LineStrips2D::update_fields()
-            .with_strips(ends)
-            .with_colors(colors)
-            .with_labels(labels)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-struct Corner {
-    position: [f32; 2],
-    color: Color,
-    label: String,
-}
-
-impl Instance for Corner {
-    fn columns(
-        corners: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let colors: Vec<Color> = corners.iter().map(|corner| corner.color).collect();
-        let (positions, labels): (Vec<_>, Vec<_>) = corners
-            .into_iter()
-            .map(|corner| (corner.position, corner.label))
-            .unzip();
-        Ok(Points2D::update_fields()
-            .with_positions(positions)
-            .with_colors(colors)
-            .with_labels(labels)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
 
 struct Outline(Vec<[f32; 2]>);
 
@@ -87,8 +38,8 @@ impl Instance for Outline {
 /// bytes of a long run would grow with the square of its length.
 pub struct MapTables {
     features: BTreeMap<u32, MapFeature>,
-    lines: Pages<Wall>,
-    points: Pages<Corner>,
+    lines: Pages<Strip>,
+    points: Pages<Dot>,
     covariance: Pages<Outline>,
 }
 
@@ -228,22 +179,22 @@ impl MapTables {
     }
 }
 
-fn wall(feature: &MapFeature, origin: Origin) -> Option<Wall> {
+fn wall(feature: &MapFeature, origin: Origin) -> Option<Strip> {
     match &feature.shape {
-        Shape::Line(segment) => Some(Wall {
-            ends: segment.ends().map(|end| origin.xy(end)),
-            color: color(feature, style::WALL),
+        Shape::Line(segment) => Some(Strip {
+            points: segment.ends().map(|end| origin.xy(end)).to_vec(),
+            color: Some(color(feature, style::WALL)),
             label: label(feature),
         }),
         Shape::Point(_) => None,
     }
 }
 
-fn corner(feature: &MapFeature, origin: Origin) -> Option<Corner> {
+fn corner(feature: &MapFeature, origin: Origin) -> Option<Dot> {
     match &feature.shape {
-        Shape::Point(point) => Some(Corner {
+        Shape::Point(point) => Some(Dot {
             position: origin.xy(point.position),
-            color: color(feature, style::CORNER),
+            color: Some(color(feature, style::CORNER)),
             label: label(feature),
         }),
         Shape::Line(_) => None,

@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use rerun::components::TextLogLevel;
-use rerun::{LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
+use rerun::{LineStrips2D, Points2D};
 
 use super::Error;
 use super::encode::RrdWriter;
 use super::hold::{Held, Ready};
 use super::log::LogTable;
+use super::shapes::Strip;
 use super::style::{self, order, ui};
-use super::table::{Instance, Moment, Table, Timelines, put_static};
+use super::table::{Moment, Table, Timelines, put_static};
 use crate::event::Sonar;
 use crate::geometry::Vec2;
 
@@ -132,28 +133,8 @@ impl Overlay {
 
 const LABELS: &str = "/world/differences/labels";
 
-struct Marked {
-    points: Vec<[f32; 2]>,
-    name: String,
-}
-
-impl Instance for Marked {
-    fn columns(
-        marked: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let (strips, names): (Vec<_>, Vec<_>) =
-            marked.into_iter().map(|one| (one.points, one.name)).unzip();
-        Ok(LineStrips2D::update_fields()
-            .with_strips(strips)
-            .with_labels(names)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
 /// The arcs of every frame whose labels changed.
-pub struct OverlayTable(Table<Marked>);
+pub struct OverlayTable(Table<Strip>);
 
 impl OverlayTable {
     /// An empty table.
@@ -171,14 +152,15 @@ impl OverlayTable {
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         let origin = out.origin();
-        let row = |held: &Held| -> Vec<Marked> {
+        let row = |held: &Held| -> Vec<Strip> {
             let arcs = held.cells.iter().filter_map(|cell| cell.arc);
             arcs.filter_map(|arc| {
                 let sonar = sonars.get(arc.id.sonar.index())?;
                 let what = overlay.labels.get(&(arc.id.frame, sonar.name.clone()))?;
-                Some(Marked {
+                Some(Strip {
                     points: origin.sweep(&arc),
-                    name: format!("{}: {what}", sonar.name),
+                    color: None,
+                    label: format!("{}: {what}", sonar.name),
                 })
             })
             .collect()

@@ -13,13 +13,13 @@ use rerun::{
 use super::Error;
 use super::encode::RrdWriter;
 use super::hold::Held;
-use super::style;
+use super::style::{self, LABELS};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::event::{Sonar, SonarId};
 use crate::rounding::rounded;
 use crate::tmam::triple::Evidence;
 
-/// An angle in radians or a chi2, rounded as in the trace, so that the two can be compared.
+/// An angle in radians, a chi2, or a place on a lane, rounded as in the trace, so that the two can be compared.
 struct Value(f64);
 
 impl Instance for Value {
@@ -34,9 +34,9 @@ impl Instance for Value {
     }
 }
 
-/// A label. A row without one ends the label before it: a gap in the lane. (A null would say the
+/// A label, with the reason where there is none. A row without one ends the label before it: a gap in the lane. (A null would say the
 /// same, but `rerun rrd verify` takes it for damage.)
-struct State(&'static str);
+struct State(String);
 
 impl Instance for State {
     fn columns(
@@ -44,22 +44,7 @@ impl Instance for State {
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
         Ok(StateChange::update_fields()
-            .with_state(states.iter().map(|state| state.0))
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-/// A dot on a lane, or NaN.
-struct Dot(f64);
-
-impl Instance for Dot {
-    fn columns(
-        dots: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        Ok(Scalars::update_fields()
-            .with_scalars(dots.iter().map(|dot| dot.0))
+            .with_state(states.iter().map(|state| state.0.as_str()))
             .columns(lengths.iter().copied())?
             .collect())
     }
@@ -73,7 +58,7 @@ pub struct PlotTables {
     chi2_point: Table<Value>,
     labels: Vec<Table<State>>,
     // The same labels as dots: lanes of names melt into grey where a run is long.
-    dots: [(&'static str, Table<Dot>); 3],
+    dots: [(&'static str, Table<Value>); 3],
 }
 
 impl PlotTables {
@@ -107,7 +92,9 @@ impl PlotTables {
         self.chi2_point.push(held.moment, point, lines, out)?;
         for cell in &held.cells {
             if let Some(labels) = self.labels.get_mut(cell.sonar.index()) {
-                let state = cell.verdict.map(|verdict| State(verdict.label.name()));
+                let state = cell
+                    .verdict
+                    .map(|verdict| State(style::name(verdict.label)));
                 labels.push(held.moment, state, lines, out)?;
             }
         }
@@ -156,18 +143,18 @@ fn finite(chi2: f64) -> f64 {
 
 /// A dot on the lane of every sonar whose arc has this label: contact lies above the lane's middle
 /// and unidentified below it, so that none hides another where the run is long.
-fn dots_of(held: &Held, sonars: usize, label: &str) -> Vec<Dot> {
+fn dots_of(held: &Held, sonars: usize, label: &str) -> Vec<Value> {
     let above = match label {
         "contact" => 0.2,
         "intersection" => 0.0,
         _ => -0.2,
     };
-    let mut row: Vec<Dot> = (0..sonars).map(|_| Dot(f64::NAN)).collect();
+    let mut row: Vec<Value> = (0..sonars).map(|_| Value(f64::NAN)).collect();
     for cell in &held.cells {
         let at = cell.sonar.index();
         let same = cell.verdict.is_some_and(|v| v.label.name() == label);
         if let Some(slot) = row.get_mut(at).filter(|_| same) {
-            *slot = Dot(at as f64 + above);
+            *slot = Value(at as f64 + above);
         }
     }
     row
@@ -262,11 +249,11 @@ pub fn put_last<W: Write>(
         }
         table.flush(lines, out)?;
     }
-    // Most lanes are grey most of the time: a word there would be noise.
+    // Most lanes are grey most of the time: a word there would be noise, a letter is not.
     let look = StateConfiguration::new()
-        .with_values(KINDS.map(|(name, _)| name))
-        .with_labels(["contact", "intersection", "?"])
-        .with_colors(KINDS.map(|(_, color)| color));
+        .with_values(LABELS.map(style::name))
+        .with_labels(LABELS.map(style::short))
+        .with_colors(LABELS.map(style::shade));
     seen.iter()
         .filter_map(|sonar| sonars.get(sonar.index()))
         .try_for_each(|sonar| put_static(lane(sonar), &look, out))

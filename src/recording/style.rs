@@ -112,14 +112,48 @@ pub fn color(label: Label) -> Color {
     }
 }
 
+/// A label, with the reason where there is none.
+pub fn name(label: Label) -> String {
+    match label.reason() {
+        Some(reason) => format!("{}: {}", label.name(), reason.name()),
+        None => label.name().to_owned(),
+    }
+}
+
+/// What a lane says in little room.
+pub fn short(label: Label) -> &'static str {
+    match label {
+        Label::Contact | Label::Intersection => label.name(),
+        Label::Unidentified(Reason::Missing) => "m",
+        Label::Unidentified(Reason::Gap) => "g",
+        Label::Unidentified(Reason::Turning) => "t",
+        Label::Unidentified(Reason::NoPoints) => "p",
+        Label::Unidentified(Reason::Wide) => "w",
+        Label::Unidentified(Reason::Ambiguous) => "a",
+        Label::Unidentified(Reason::Neither) => "n",
+    }
+}
+
+/// The colour of a label on a lane: dark where there was no triple, lighter where its readings did
+/// not decide, brown where they contradict both.
+pub fn shade(label: Label) -> Color {
+    match label {
+        Label::Contact | Label::Intersection => color(label),
+        Label::Unidentified(Reason::Missing) => rgb(0x2e, 0x31, 0x38),
+        Label::Unidentified(Reason::Gap) => rgb(0x3d, 0x37, 0x48),
+        Label::Unidentified(Reason::Turning) => rgb(0x2c, 0x44, 0x46),
+        Label::Unidentified(Reason::NoPoints) => rgb(0x4e, 0x52, 0x5a),
+        Label::Unidentified(Reason::Wide) => rgb(0x66, 0x6b, 0x75),
+        Label::Unidentified(Reason::Ambiguous) => rgb(0x80, 0x86, 0x93),
+        Label::Unidentified(Reason::Neither) => rgb(0x7a, 0x57, 0x4a),
+    }
+}
+
 /// Name and colour of every class.
 pub fn annotations() -> AnnotationContext {
     AnnotationContext::new(LABELS.map(|label| {
-        let text = match label.reason() {
-            Some(reason) => format!("{}: {}", label.name(), reason.name()),
-            None => label.name().to_owned(),
-        };
-        ClassDescription::from((class(label), text.as_str(), color(label).0))
+        let name = name(label);
+        ClassDescription::from((class(label), name.as_str(), color(label).0))
     }))
 }
 
@@ -149,6 +183,17 @@ mod tests {
         let mut classes = LABELS.map(class).to_vec();
         classes.dedup();
         assert_eq!(classes.len(), LABELS.len());
+    }
+
+    #[test]
+    fn every_reason_has_its_own_letter_and_shade() {
+        let mut letters = LABELS.map(short).to_vec();
+        letters.sort_unstable();
+        letters.dedup();
+        let mut shades = LABELS.map(|label| shade(label).0.to_u32()).to_vec();
+        shades.sort_unstable();
+        shades.dedup();
+        assert_eq!((letters.len(), shades.len()), (LABELS.len(), LABELS.len()));
     }
 
     #[test]

@@ -5,44 +5,23 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use rerun::LineStrips2D;
 use rerun::components::TextLogLevel;
-use rerun::{LineStrips2D, SerializationResult, SerializedComponentColumn};
 
 use super::Error;
 use super::arcs::{chi2, story};
 use super::encode::RrdWriter;
 use super::log::Message;
 use super::origin::Origin;
+use super::shapes::Strip;
 use super::style::{self, order, ui};
-use super::table::{Instance, Moment, Table, Timelines, put_static};
+use super::table::{Moment, Table, Timelines, put_static};
 use crate::event::Sonar;
 use crate::tmam::opinion::Opinion;
 use crate::tmam::stream::Judgement;
 
 const PATH: &str = "/world/suspects";
 const LOG: &str = "/log/suspects";
-
-struct Strip {
-    points: Vec<[f32; 2]>,
-    story: String,
-}
-
-impl Instance for Strip {
-    fn columns(
-        strips: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let (points, stories): (Vec<_>, Vec<_>) = strips
-            .into_iter()
-            .map(|strip| (strip.points, strip.story))
-            .unzip();
-        Ok(LineStrips2D::update_fields()
-            .with_strips(points)
-            .with_labels(stories)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
 
 /// The suspects so far.
 pub struct SuspectTables {
@@ -119,7 +98,8 @@ impl SuspectTables {
         let story = story(self.sonar(judgement), &judgement.verdict);
         Strip {
             points: origin.sweep(&judgement.arc),
-            story: format!("{story}; suspect: {}", why(judgement)),
+            color: None,
+            label: format!("{story}; suspect: {}", why(judgement)),
         }
     }
 

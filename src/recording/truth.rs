@@ -5,14 +5,15 @@ mod world;
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use rerun::TextDocument;
 use rerun::components::TextLogLevel;
-use rerun::{LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn, TextDocument};
 
 use super::Error;
 use super::encode::RrdWriter;
 use super::log::LogTable;
 use super::origin::Origin;
-use super::table::{Instance, Moment, Table, Timelines, put_static};
+use super::shapes::{Dot, Strip};
+use super::table::{Moment, Table, Timelines, put_static};
 use crate::evaluate::map::KindScore;
 use crate::evaluate::matching::nearest_truth;
 use crate::evaluate::truth::Target;
@@ -33,48 +34,6 @@ pub struct Evaluated<'a> {
     pub evaluation: &'a Evaluation,
     /// The map it ended with.
     pub map: &'a [MapFeature],
-}
-
-/// A strip with a name.
-struct Strip {
-    points: Vec<[f32; 2]>,
-    label: String,
-}
-
-impl Instance for Strip {
-    fn columns(
-        strips: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let (points, labels): (Vec<_>, Vec<_>) =
-            strips.into_iter().map(|s| (s.points, s.label)).unzip();
-        Ok(LineStrips2D::update_fields()
-            .with_strips(points)
-            .with_labels(labels)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-/// A dot with a name.
-struct Dot {
-    position: [f32; 2],
-    label: String,
-}
-
-impl Instance for Dot {
-    fn columns(
-        dots: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let (positions, labels): (Vec<_>, Vec<_>) =
-            dots.into_iter().map(|d| (d.position, d.label)).unzip();
-        Ok(Points2D::update_fields()
-            .with_positions(positions)
-            .with_labels(labels)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
 }
 
 /// What is drawn of an evaluation as the replay goes on.
@@ -149,6 +108,7 @@ impl TruthTables {
             log.note(at, TextLogLevel::WARN, text, lines, out)?;
             row.push(Strip {
                 points: origin.sweep(arc),
+                color: None,
                 label: format!("{sonar}: {wrong}"),
             });
         }
@@ -215,6 +175,7 @@ fn errors(evaluated: Evaluated<'_>, origin: Origin) -> Vec<Strip> {
                 let truth = nearest_truth(place, found.reflector, world)?;
                 Some(Strip {
                     points: vec![origin.xy(place), origin.xy(truth)],
+                    color: None,
                     label: format!("{:.0} mm", (place - truth).norm() * 1e3),
                 })
             })
@@ -244,10 +205,12 @@ fn spurious(
         match &feature.shape {
             Shape::Line(segment) => strips.extend(reason(feature, lines).map(|why| Strip {
                 points: segment.ends().map(|end| origin.xy(end)).to_vec(),
+                color: None,
                 label: format!("line {}: {why}", feature.id),
             })),
             Shape::Point(point) => dots.extend(reason(feature, points).map(|why| Dot {
                 position: origin.xy(point.position),
+                color: None,
                 label: format!("point {}: {why}", feature.id),
             })),
         }

@@ -144,6 +144,13 @@ impl Axis {
         self.path.get(skipped..).unwrap_or_default().join(".")
     }
 
+    /// What stands above its values in a table.
+    pub fn heading(&self) -> String {
+        format!("{} {}", self.short(), self.unit_name())
+            .trim_end()
+            .to_owned()
+    }
+
     /// `deg`, or nothing for a key in SI units.
     pub fn unit_name(&self) -> &'static str {
         match self.unit {

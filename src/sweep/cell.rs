@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use super::axes::Axis;
+use super::configured::{Configured, value};
 use super::score::{Score, TruthScore, Watcher};
 use super::{Plan, SweepError, TruthSource};
 use crate::config::Config;
@@ -88,6 +89,7 @@ impl<'a> Runner<'a> {
                  flags of a cell, --set noise.sigma_abs={sigma} gives just that cell"
             ));
         }
+        about.notes.extend(idle(axes, plan.config));
         if axes.iter().any(Axis::is_of_log) {
             log = None;
         }
@@ -111,10 +113,27 @@ impl<'a> Runner<'a> {
         self.about
     }
 
+    /// Replays and scores the log without the sweep.
+    pub fn configured(&self) -> Configured {
+        let config = self.plan.config;
+        let log = self.gathered.log(config);
+        let sonars = log.as_ref().map_or(&[][..], |log| &log.events.sonars);
+        let axes = self.plan.grid.axes().iter();
+        Configured {
+            values: axes
+                .map(|axis| value(axis, config, sonars, self.sigma_abs))
+                .collect(),
+            score: self.replayed(config.clone()),
+        }
+    }
+
     /// Replays and scores a cell.
     pub fn run(&self, cell: usize) -> Result<Score, CellError> {
+        self.replayed(self.plan.grid.configuration(self.plan.config, cell)?)
+    }
+
+    fn replayed(&self, mut config: Config) -> Result<Score, CellError> {
         let plan = self.plan;
-        let mut config = plan.grid.configuration(plan.config, cell)?;
         config.noise.sigma_abs = config.noise.sigma_abs.or(self.sigma_abs);
         if plan.grid.axes().iter().any(Axis::is_decoding) {
             let gathered = Gathered::read(plan.log, &config)?;
@@ -190,4 +209,24 @@ fn know_sonars(axes: &[Axis], log: &Log) -> Result<(), SweepError> {
         }
     }
     Ok(())
+}
+
+/// What is swept without any effect, and why.
+fn idle(axes: &[Axis], config: &Config) -> Option<String> {
+    if !config.departures().label_by_opinion {
+        return None;
+    }
+    let keys: Vec<String> = axes.iter().map(Axis::key).collect();
+    let bounds = ["triple.alpha", "triple.beta", "triple.gamma"];
+    let idle: Vec<&str> = bounds
+        .into_iter()
+        .filter(|bound| keys.iter().any(|key| key == bound))
+        .collect();
+    (!idle.is_empty()).then(|| {
+        format!(
+            "no label depends on {} under the noise-aware rule, which labels by what the readings support; \
+             to sweep that, give --rule paper",
+            idle.join(" or ")
+        )
+    })
 }

@@ -55,25 +55,27 @@ const fn count(
     }
 }
 
-/// The same of the truth.
-const fn of_truth(name: &'static str, head: &'static str, of: fn(&Score) -> Option<f64>) -> Column {
-    Column {
-        of_truth: true,
-        ..count(name, head, Better::Low, of)
+impl Column {
+    /// The same, held against the truth.
+    const fn of_truth(self) -> Self {
+        Self {
+            of_truth: true,
+            ..self
+        }
     }
-}
 
-/// A share, told in per cent.
-const fn percent(
-    name: &'static str,
-    head: &'static str,
-    better: Better,
-    of: fn(&Score) -> Option<f64>,
-) -> Column {
-    Column {
-        decimals: 1,
-        scale: 100.0,
-        ..count(name, head, better, of)
+    /// The same, told with some decimals of a unit that is so many times smaller.
+    const fn told(self, decimals: usize, scale: f64) -> Self {
+        Self {
+            decimals,
+            scale,
+            ..self
+        }
+    }
+
+    /// The same, told in per cent.
+    const fn percent(self) -> Self {
+        self.told(1, 100.0)
     }
 }
 
@@ -81,46 +83,43 @@ use Better::{High, Low};
 
 /// Every column.
 pub const COLUMNS: &[Column] = &[
-    of_truth("map_errors", "map errors", |s| {
+    count("map_errors", "map errors", Low, |s| {
         Some(s.truth.as_ref()?.map_errors() as f64)
-    }),
-    of_truth("missed", "", |s| Some(s.truth.as_ref()?.missed as f64)),
-    of_truth("spurious", "", |s| Some(s.truth.as_ref()?.spurious as f64)),
-    of_truth("twice", "", |s| Some(s.truth.as_ref()?.twice as f64)),
-    Column {
-        of_truth: true,
-        ..percent("wrong_share", "wrong %", Low, |s| {
-            share(s.truth.as_ref()?.wrong, s.labelled())
-        })
-    },
-    Column {
-        decimals: 3,
-        ..count("bits", "bits", Low, |s| s.bits)
-    },
-    percent("explained_share", "explained %", High, |s| {
+    })
+    .of_truth(),
+    count("missed", "", Low, |s| Some(s.truth.as_ref()?.missed as f64)).of_truth(),
+    count("spurious", "", Low, |s| {
+        Some(s.truth.as_ref()?.spurious as f64)
+    })
+    .of_truth(),
+    count("twice", "", Low, |s| Some(s.truth.as_ref()?.twice as f64)).of_truth(),
+    count("wrong_share", "wrong %", Low, |s| {
+        share(s.truth.as_ref()?.wrong, s.labelled())
+    })
+    .percent()
+    .of_truth(),
+    count("bits", "bits", Low, |s| s.bits).told(3, 1.0),
+    count("explained_share", "explained %", High, |s| {
         share(s.explained, s.arcs)
-    }),
-    Column {
-        decimals: 3,
-        ..count("chi2", "chi2", Low, |s| s.chi2)
-    },
-    percent("labelled_share", "labelled %", High, |s| {
+    })
+    .percent(),
+    count("chi2", "chi2", Low, |s| s.chi2).told(3, 1.0),
+    count("labelled_share", "labelled %", High, |s| {
         share(s.labelled(), s.arcs)
-    }),
-    percent("suspect_share", "suspect %", Low, |s| {
+    })
+    .percent(),
+    count("suspect_share", "suspect %", Low, |s| {
         share(s.suspects, s.labelled())
-    }),
-    percent("sound_share", "", High, |s| {
+    })
+    .percent(),
+    count("sound_share", "", High, |s| {
         let sound = s.labelled() as f64 - 2.0 * s.suspects as f64;
         (s.arcs > 0).then(|| sound / s.arcs as f64)
-    }),
+    })
+    .percent(),
     count("lines", "lines", Low, |s| Some(s.lines as f64)),
     count("points", "points", Low, |s| Some(s.points as f64)),
-    Column {
-        decimals: 1,
-        scale: 1000.0,
-        ..count("rms", "rms mm", Low, |s| s.rms)
-    },
+    count("rms", "rms mm", Low, |s| s.rms).told(1, 1000.0),
     count("frames", "", High, |s| Some(s.frames as f64)),
     count("arcs", "", High, |s| Some(s.arcs as f64)),
     count("contact", "", High, |s| Some(s.contact as f64)),
@@ -159,8 +158,19 @@ impl Column {
 
     /// A value for a table.
     pub fn text(&self, score: &Score) -> String {
+        self.number((self.of)(score))
+    }
+
+    /// The least difference that a table shows.
+    pub fn least(&self) -> String {
         let decimals = self.decimals;
-        (self.of)(score).map_or_else(
+        format!("{:.decimals$}", libm::pow(0.1, decimals as f64))
+    }
+
+    /// A number of the column for a table.
+    pub fn number(&self, number: Option<f64>) -> String {
+        let decimals = self.decimals;
+        number.map_or_else(
             || "-".to_owned(),
             |value| format!("{:.decimals$}", value * self.scale),
         )
@@ -193,5 +203,22 @@ impl Sweep {
     /// The column that was ranked by first.
     pub fn first_column(&self) -> Option<&'static Column> {
         self.ranked_by.first().copied()
+    }
+
+    /// The cells that no ranked column tells from the best one, which is the first of them.
+    pub fn leaders(&self) -> impl Iterator<Item = &Cell> {
+        let best = self.best().map(|(_, score)| score);
+        self.cells.iter().take_while(move |cell| {
+            let (Some(best), Ok(score)) = (best, &cell.score) else {
+                return false;
+            };
+            let mut by = self.ranked_by.iter();
+            by.all(|column| column.compare(best, score).is_eq())
+        })
+    }
+
+    /// Whether nothing that was swept makes a difference.
+    pub fn is_flat(&self) -> bool {
+        self.cells.len() > 1 && self.leaders().count() == self.cells.len()
     }
 }

@@ -4,8 +4,9 @@ use std::io::{self, Write};
 
 use serde_json::{Map, Value, json};
 
-use super::Sweep;
 use super::columns::columns;
+use super::score::Score;
+use super::{Cell, CellError, Sweep};
 use crate::rounding::rounded;
 
 /// Writes every cell, the best first.
@@ -33,15 +34,20 @@ pub fn write(mut out: impl Write, sweep: &Sweep) -> io::Result<()> {
         "truth": sweep.with_truth,
         "axes": axes,
         "ranked_by": ranked_by,
+        "configured": row(sweep, json!(sweep.configured.values), &sweep.configured.score),
         "cells": sweep.cells.iter().map(|cell| of_cell(sweep, cell)).collect::<Vec<Value>>(),
     });
     serde_json::to_writer_pretty(&mut out, &whole)?;
     out.write_all(b"\n")
 }
 
-fn of_cell(sweep: &Sweep, cell: &super::Cell) -> Value {
-    let values = sweep.grid.values(cell.index);
-    match &cell.score {
+fn of_cell(sweep: &Sweep, cell: &Cell) -> Value {
+    row(sweep, json!(sweep.grid.values(cell.index)), &cell.score)
+}
+
+/// What some values come to.
+fn row(sweep: &Sweep, values: Value, score: &Result<Score, CellError>) -> Value {
+    match score {
         Ok(score) => {
             let numbers: Map<String, Value> = columns(sweep.with_truth)
                 .map(|column| {

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::Sweep;
+use super::axes::Axis;
 use super::columns::{Better, columns};
+use super::conclusion;
 use crate::info::tables::{render, table};
 
 /// Reasons of failure that are told.
@@ -24,7 +26,8 @@ pub fn text(sweep: &Sweep, rows: usize) -> String {
         );
     }
     text.push_str(&failures(sweep));
-    text.push_str(&conclusion(sweep));
+    text.push('\n');
+    text.push_str(&conclusion::text(sweep));
     text
 }
 
@@ -70,10 +73,7 @@ fn best(sweep: &Sweep, rows: usize) -> String {
             is_first || fits && !column.head.is_empty()
         })
         .collect();
-    let axes = sweep.grid.axes().iter().map(|axis| {
-        let unit = axis.unit_name();
-        format!("{} {unit}", axis.short()).trim_end().to_owned()
-    });
+    let axes = sweep.grid.axes().iter().map(Axis::heading);
     let heads: Vec<String> = axes
         .chain(shown.iter().map(|column| column.heading().to_owned()))
         .collect();
@@ -109,49 +109,6 @@ fn failures(sweep: &Sweep) -> String {
     }
     if reasons.len() > REASONS {
         let _ = writeln!(text, "  failed: {} more reasons", reasons.len() - REASONS);
-    }
-    text
-}
-
-/// The best cell as flags, and whether a better one may lie outside the grid.
-fn conclusion(sweep: &Sweep) -> String {
-    let Some((cell, score)) = sweep.best() else {
-        return String::new();
-    };
-    let mut text = String::new();
-    let alike = sweep
-        .cells
-        .iter()
-        .filter_map(|cell| cell.score.as_ref().ok())
-        .filter(|other| {
-            sweep
-                .ranked_by
-                .iter()
-                .all(|c| c.compare(score, other).is_eq())
-        })
-        .count();
-    if alike == sweep.cells.len() && alike > 1 {
-        text.push_str("\nAll cells are alike: nothing that was swept makes a difference here.\n");
-        return text;
-    }
-    let flags = sweep.grid.flags(cell.index);
-    let _ = writeln!(
-        text,
-        "\nbest: {flags}\n  as flags of tmam replay, beside the others given here"
-    );
-    if alike > 1 {
-        let _ = writeln!(text, "  {} other cells do just as well", alike - 1);
-    }
-    let places = sweep.grid.places(cell.index).into_iter();
-    for (axis, place) in sweep.grid.axes().iter().zip(places) {
-        let is_end = place == 0 || place + 1 == axis.values.len();
-        if is_end && axis.values.len() > 2 {
-            let _ = writeln!(
-                text,
-                "  {} is best at an end of its values: sweep on beyond it",
-                axis.key()
-            );
-        }
     }
     text
 }

@@ -57,8 +57,8 @@ pub fn suspects(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
     }
     let _ = write!(text, "\n{}", render(&rows));
     text.push_str(
-        "\ndoubt: the opinion.gate from which on the label would not be suspect; none where the map\n\
-         says otherwise. The whole story of each:\n",
+        "\ndoubt: the opinion.gate from which on the label would not be suspect; - where no gate would\n\
+         do, since the map says otherwise. The whole story of each:\n",
     );
     for suspect in &list.worst {
         let _ = writeln!(text, "  tmam explain {log} {}", suspect.explain);

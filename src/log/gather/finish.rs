@@ -200,7 +200,7 @@ impl Gatherer {
         }
         if odometry.unusable > 0 {
             notes.push(format!(
-                "{} odometry messages on {} hold no pose (NaN, farther than 1e8 m, or a quaternion of zero) \
+                "{} odometry messages on {} hold no pose (NaN, farther off than 100,000 km, or a quaternion of zero) \
                  and were left out",
                 odometry.unusable, odometry.topic
             ));

@@ -1,8 +1,9 @@
 //! A curve over one key.
 
-use super::super::style::{BOUND, CONTACT, UNIDENTIFIED};
+use super::super::style::{CONTACT, UNIDENTIFIED};
 use super::Picture;
 use super::drawing::{Drawing, HEIGHT, WIDTH, ticks};
+use super::marks::{self, BEST, CONFIGURED};
 use crate::sweep::Sweep;
 use crate::sweep::columns::Column;
 
@@ -35,12 +36,27 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
     let mut drawing = Drawing::default();
     let frame = [[0.0, 0.0], [0.0, HEIGHT], [WIDTH, HEIGHT]];
     drawing.line(frame.to_vec(), UNIDENTIFIED);
-    if let Some(best) = sweep
-        .best()
-        .and_then(|(cell, _)| sweep.grid.values(cell.index).get(axis).copied())
-    {
-        drawing.line(vec![[along(best), 0.0], [along(best), HEIGHT]], BOUND);
-        drawing.text([along(best), -10.0], format!("best {best}"));
+    let upright = |drawing: &mut Drawing, value, top, color| {
+        drawing.line(vec![[along(value), top], [along(value), HEIGHT]], color);
+    };
+    let best: Vec<f64> = marks::best(sweep, [axis])
+        .into_iter()
+        .filter_map(|[place]| known.values.get(place).copied())
+        .collect();
+    for value in &best {
+        upright(&mut drawing, *value, 0.0, BEST);
+    }
+    if let Some(value) = best.first() {
+        let others = match best.len() {
+            1 => String::new(),
+            n => format!(" and {} more", n - 1),
+        };
+        drawing.text([along(*value), -8.0], format!("best {value}{others}"));
+    }
+    let configured = sweep.configured.values.get(axis).copied().flatten();
+    if let Some(value) = configured.filter(|value| (first..=last).contains(value)) {
+        upright(&mut drawing, value, -18.0, CONFIGURED);
+        drawing.text([along(value), -26.0], format!("configured {value}"));
     }
     // What could not be replayed leaves a gap.
     for part in points.split(|(_, number)| number.is_none()) {
@@ -55,21 +71,22 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
             drawing.line(part, CONTACT);
         }
     }
-    for place in ticks(points.len()) {
-        let value = points.get(place)?.0;
-        drawing.text([along(value), HEIGHT + 8.0], value.to_string());
+    let ticks_of = points.iter().map(|(value, _)| (along(*value), *value));
+    for (x, value) in ticks(ticks_of, true) {
+        drawing.text([x, HEIGHT + 12.0], value.to_string());
     }
-    drawing.text([WIDTH / 2.0, HEIGHT + 28.0], super::layout::name(known));
+    drawing.text([WIDTH / 2.0, HEIGHT + 32.0], super::layout::name(known));
     let levels = if high > low { LEVELS } else { 1 };
     for level in 0..levels {
         let share = level as f64 / (LEVELS - 1) as f64;
         let number = low + share * (high - low);
         let decimals = column.decimals + usize::from(column.decimals == 0 && high - low < 4.0);
         let text = format!("{:.decimals$}", number * column.scale);
-        drawing.text([-16.0, up(number)], text);
+        drawing.text_before([-4.0, up(number)], text);
     }
     Some(Picture {
         title: super::layout::title(column, low, high),
+        is_flat: high <= low,
         drawing,
     })
 }

@@ -12,16 +12,28 @@ use super::super::table::put_static;
 /// Width of what is drawn, in its own units.
 pub const WIDTH: f32 = 300.0;
 /// Its height.
-pub const HEIGHT: f32 = 180.0;
+pub const HEIGHT: f32 = 240.0;
 /// Room to the left, for values.
-pub const LEFT: f32 = 40.0;
+pub const LEFT: f32 = 62.0;
 /// Room below, for values and the key's name.
 pub const BELOW: f32 = 46.0;
-/// Room above and to the right.
-pub const ABOVE: f32 = 30.0;
+/// Room above, for a key's name.
+pub const ABOVE: f32 = 34.0;
+/// Room to the right, for half a value.
+pub const RIGHT: f32 = 24.0;
 
-/// More values than this along an axis are not all written.
-const MOST_TICKS: usize = 11;
+// The viewer writes texts in a size of its own, whatever the zoom. These are in the drawing's units for
+// four pictures in a window of 1600 x 1000; in a smaller one texts take more.
+/// Width of a character.
+const CHARACTER: f32 = 5.6;
+/// What the box around a text adds to it.
+const BOX: f32 = 10.0;
+/// Height of a text with its box.
+const LINE: f32 = 18.0;
+/// The viewer hangs a text below its point: how far the text's middle is from it.
+const RISE: f32 = 11.0;
+
+const TEXT: Color = Color(rerun::Rgba32::from_rgb(0xe0, 0xe2, 0xe6));
 
 /// A picture being drawn.
 #[derive(Default)]
@@ -30,6 +42,7 @@ pub struct Drawing {
     strips: Vec<(Vec<[f32; 2]>, Color)>,
     dots: Vec<([f32; 2], Color)>,
     texts: Vec<([f32; 2], String)>,
+    whispers: Vec<([f32; 2], String)>,
 }
 
 impl Drawing {
@@ -48,9 +61,24 @@ impl Drawing {
         self.dots.push((at, color));
     }
 
-    /// A text.
-    pub fn text(&mut self, at: [f32; 2], text: String) {
-        self.texts.push((at, text));
+    /// A text around a place.
+    pub fn text(&mut self, [x, y]: [f32; 2], text: String) {
+        self.texts.push(([x, y - RISE], text));
+    }
+
+    /// A text that ends left of a place.
+    pub fn text_before(&mut self, [x, y]: [f32; 2], text: String) {
+        self.text([x - width(&text) / 2.0, y], text);
+    }
+
+    /// A text that begins at a place.
+    pub fn text_from(&mut self, [x, y]: [f32; 2], text: String) {
+        self.text([x + width(&text) / 2.0, y], text);
+    }
+
+    /// A text that is there for who points at its place.
+    pub fn whisper(&mut self, at: [f32; 2], text: String) {
+        self.whispers.push((at, text));
     }
 
     /// Writes it to an entity.
@@ -73,21 +101,87 @@ impl Drawing {
                 .with_draw_order(2.0);
             put_static(format!("{entity}/dots"), &dots, out)?;
         }
-        if !self.texts.is_empty() {
-            let texts = Points2D::new(self.texts.iter().map(|(at, _)| *at))
-                .with_labels(self.texts.iter().map(|(_, text)| text.as_str()))
-                .with_show_labels(true)
-                .with_colors([Color::from_rgb(0xe0, 0xe2, 0xe6)])
-                .with_radii([ui(0.5)])
-                .with_draw_order(3.0);
-            put_static(format!("{entity}/texts"), &texts, out)?;
+        for (name, texts, shown, size) in [
+            ("texts", &self.texts, true, 0.1),
+            ("values", &self.whispers, false, 1.5),
+        ] {
+            if !texts.is_empty() {
+                let points = Points2D::new(texts.iter().map(|(at, _)| *at))
+                    .with_labels(texts.iter().map(|(_, text)| text.as_str()))
+                    .with_show_labels(shown)
+                    .with_colors([TEXT])
+                    .with_radii([ui(size)])
+                    .with_draw_order(3.0);
+                put_static(format!("{entity}/{name}"), &points, out)?;
+            }
         }
         Ok(())
     }
 }
 
-/// Which of `count` values along an axis are written: the ends, and evenly between them.
-pub fn ticks(count: usize) -> impl Iterator<Item = usize> {
-    let stride = count.div_ceil(MOST_TICKS).max(1);
-    (0..count).step_by(stride)
+/// How wide a text is written.
+fn width(text: &str) -> f32 {
+    text.chars().count() as f32 * CHARACTER + BOX
+}
+
+/// Whether texts have room in fields of this size.
+pub fn have_room(texts: &[String], [across, down]: [f32; 2]) -> bool {
+    let widest = texts.iter().map(|text| width(text)).fold(0.0, f32::max);
+    widest <= across && LINE <= down
+}
+
+/// Which of the values along an axis are written, from the first on, so that none covers another:
+/// places and values, whose texts stand beside or above each other.
+pub fn ticks(
+    values: impl Iterator<Item = (f32, f64)>,
+    beside: bool,
+) -> impl Iterator<Item = (f32, f64)> {
+    let values: Vec<(f32, f64)> = values.collect();
+    let widths = values.iter().map(|(_, value)| width(&value.to_string()));
+    let needed = if beside {
+        widths.fold(0.0, f32::max)
+    } else {
+        LINE
+    };
+    let mut last: Option<f32> = None;
+    values.into_iter().filter(move |(place, _)| {
+        let free = last.is_none_or(|last| (place - last).abs() >= needed);
+        if free {
+            last = Some(*place);
+        }
+        free
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn written_values_never_cover_each_other() {
+        for (count, step) in [(5, 1.0), (11, 0.05), (12, 0.05), (40, 0.125), (3000, 0.125)] {
+            for (beside, whole) in [(true, WIDTH), (false, HEIGHT)] {
+                let room = whole / count as f32;
+                let values = (0..count).map(|k| (k as f32 * room, f64::from(k) * step));
+                let ticks: Vec<(f32, f64)> = ticks(values, beside).collect();
+                for [(a, _), (b, value)] in ticks.array_windows() {
+                    let needed = if beside {
+                        width(&value.to_string())
+                    } else {
+                        LINE
+                    };
+                    assert!(b - a >= needed, "{count} values: {} < {needed}", b - a);
+                }
+                assert!(ticks.len() > 2, "{count} values");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_only_where_all_have_room() {
+        let texts = ["4.685".to_owned(), "10.123".to_owned()];
+        assert!(have_room(&texts, [WIDTH / 6.0, HEIGHT / 10.0]));
+        assert!(!have_room(&texts, [WIDTH / 11.0, HEIGHT / 10.0]));
+        assert!(!have_room(&texts, [WIDTH / 6.0, HEIGHT / 14.0]));
+    }
 }

@@ -11,7 +11,7 @@ use super::super::Error;
 use super::super::blueprint::{FIRST_UUID, Part, Writer};
 use super::super::encode::RrdWriter;
 use super::Group;
-use super::drawing::{ABOVE, BELOW, HEIGHT, LEFT, WIDTH};
+use super::drawing::{ABOVE, BELOW, HEIGHT, LEFT, RIGHT, WIDTH};
 use crate::sweep::Axis;
 use crate::sweep::columns::{Better, Column};
 
@@ -64,6 +64,9 @@ pub fn title(column: &Column, low: f64, high: f64) -> String {
         Better::High => "high is better",
     };
     let [low, high] = [low, high].map(|x| format!("{:.decimals$}", x * column.scale));
+    if low == high {
+        return format!("{name}: {low} everywhere");
+    }
     format!("{name}: {low} to {high}, {better}")
 }
 
@@ -77,17 +80,17 @@ pub fn put<W: Write>(groups: &[Group], out: &mut RrdWriter<W>) -> Result<(), Err
         let mut views = Vec::new();
         for picture in &group.pictures {
             let id = Id::Picture(next);
-            let title = if groups.len() > 1 {
-                format!("{}: {}", group.name, picture.title)
-            } else {
-                picture.title.clone()
-            };
-            w.view(id, "2D", &title, &[&format!("+ {}/**", entity(next))])?;
+            w.view(
+                id,
+                "2D",
+                &picture.title,
+                &[&format!("+ {}/**", entity(next))],
+            )?;
             w.property(
                 id,
                 "VisualBounds2D",
                 &VisualBounds2D::new(VisualBounds(Range2D {
-                    x_range: [-f64::from(LEFT), f64::from(WIDTH + ABOVE)].into(),
+                    x_range: [-f64::from(LEFT), f64::from(WIDTH + RIGHT)].into(),
                     y_range: [-f64::from(ABOVE), f64::from(HEIGHT + BELOW)].into(),
                 })),
             )?;
@@ -95,6 +98,7 @@ pub fn put<W: Write>(groups: &[Group], out: &mut RrdWriter<W>) -> Result<(), Err
             next += 1;
         }
         w.container(Id::Group(place), ContainerKind::Grid, &views, &[])?;
+        w.name(Id::Group(place), &group.name)?;
         tabs.push(Id::Group(place));
     }
     w.container(Id::Groups, ContainerKind::Tabs, &tabs, &[])?;
@@ -102,7 +106,7 @@ pub fn put<W: Write>(groups: &[Group], out: &mut RrdWriter<W>) -> Result<(), Err
         Id::Root,
         ContainerKind::Horizontal,
         &[Id::Groups, Id::About],
-        &[1.8, 1.0],
+        &[1.6, 1.0],
     )?;
     w.window(Id::Root)?;
     w.put(

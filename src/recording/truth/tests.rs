@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use rerun::StoreKind;
 use rerun::log::Chunk;
+use rerun::{LineStrips2D, StoreKind};
 
 use super::super::Recording;
 use super::super::tests::chunks;
