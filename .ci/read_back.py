@@ -81,8 +81,9 @@ def main(recording, trace, features):
             value, expected = values[frame][place], row[name]
             same = math.isnan(value) if expected is None else value == expected
             check(same, frame, sonar, name, expected, value)
-        label = labels[sonar][frame]
-        check(label == [row["label"]], frame, sonar, "label", row["label"], label)
+        label = row["label"] if row["reason"] is None else f"{row['label']}: {row['reason']}"
+        shown = labels[sonar][frame]
+        check(shown == [label], frame, sonar, "label", label, shown)
 
     for name, values in angles.items():
         for frame, row in values.items():
