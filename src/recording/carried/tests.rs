@@ -40,7 +40,7 @@ fn what_is_carried_comes_back_to_the_byte() {
 fn a_recording_that_was_cut_anywhere_is_said_to_be() {
     let whole = recording(Some(&results()));
     let ends = whole.len() - StreamFooter::ENCODED_SIZE_BYTES;
-    for length in 12..whole.len() {
+    for length in (12..whole.len()).filter(|length| length % 7 == 0 || *length == ends) {
         let cut = find(&whole[..length]);
         // Without its last frame it is as older encoders leave it: whole.
         assert_eq!(cut.is_ok(), length == ends, "{length}");
@@ -54,14 +54,15 @@ fn a_recording_that_was_cut_anywhere_is_said_to_be() {
 }
 
 #[test]
-fn damage_is_an_error_or_changes_nothing_that_is_read() {
+fn damage_anywhere_is_an_error_or_still_a_text() {
     let whole = recording(Some(&results()));
-    for at in 0..whole.len() {
-        for bit in [1, 0x80] {
-            let mut bytes = whole.clone();
-            bytes[at] ^= bit;
-            // It comes back, with whatever it says.
-            let _ = find(&bytes);
+    for at in (0..whole.len()).step_by(5) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (at % 8);
+        match find(&bytes) {
+            // Text that is still JSON is taken at its word.
+            Ok(found) => assert!(found.features.starts_with('{'), "{at}"),
+            Err(error) => assert!(!error.to_string().is_empty(), "{at}"),
         }
     }
 }
