@@ -43,4 +43,5 @@ pub mod tmam;
 pub mod tool;
 pub mod trace;
 pub mod truth;
+pub mod wording;
 pub mod world;

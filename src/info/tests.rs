@@ -54,7 +54,7 @@ fn info(events: Events) -> Info {
             channels: Vec::new(),
             losses: Vec::new(),
             notes: Vec::new(),
-            clock_jump: None,
+            clock_set: None,
             time_notes: Vec::new(),
         },
         config: Config::default(),

@@ -155,9 +155,12 @@ impl Channels {
     }
 
     fn find(&mut self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
-        let known = match self.described.get(&channel.topic) {
+        let described = self.described.get(&channel.topic);
+        let type_name = described.and_then(|fields| fields.type_name.as_deref());
+        let type_name = type_name.unwrap_or(&channel.schema.name);
+        let known = match described.filter(|fields| !fields.is_type_alone()) {
             Some(fields) => Some((custom::role(fields), Way::Paths(Box::new(fields.clone())))),
-            None => messages::known(&channel.schema.name, &channel.topic)
+            None => messages::known(type_name, &channel.topic)
                 .map(|(role, read)| (role, Way::Type(read))),
         };
         let role = known.as_ref().map(|(role, _)| *role);
@@ -170,7 +173,7 @@ impl Channels {
         let passed_over = topics.is_some_and(|topics| !topics.is_empty()) && !asked_for;
         let mut report = ChannelReport {
             topic: channel.topic.clone(),
-            type_name: channel.schema.name.clone(),
+            type_name: type_name.to_owned(),
             encoding: channel.encoding.clone(),
             role,
             used: role.is_some() && !passed_over,
@@ -179,6 +182,12 @@ impl Channels {
             problem: None,
         };
         let Some((role, way)) = known.filter(|_| report.used) else {
+            if role.is_none() && described.is_some() {
+                report.problem = Some(format!(
+                    "`{type_name}`, which the configuration says it is, is no type that is read: give the \
+                     fields of its messages instead"
+                ));
+            }
             return (report, None);
         };
         if self.readers == MOST_READERS {
@@ -189,12 +198,12 @@ impl Channels {
             return (report, None);
         }
         self.readers += 1;
-        match Decoder::of(channel) {
+        match Decoder::of(channel, type_name) {
             Ok(decoder) => {
                 let reader = Reader {
                     role,
                     decoder,
-                    asked_for: asked_for || matches!(way, Way::Paths(_)),
+                    asked_for: asked_for || described.is_some(),
                     way,
                 };
                 (report, Some(reader))

@@ -88,9 +88,10 @@ pub enum LogError {
         "{file} has no odometry{}. {}\nIt is read from nav_msgs/Odometry, foxglove.Odometry, messages that hold \
          one pose, and transforms on /tf that move the robot's frame. Messages of other types are described \
          by field paths in the configuration:\n\n    [channel.\"/topic\"]\n    x = \"x\"\n    y = \"y\"\n    \
-         yaw = \"theta\"  # of its fields those that hold the pose",
+         yaw = \"theta\"  # of its fields those that hold the pose{}",
         because(.asked),
-        lines("The log holds", .found)
+        lines("The log holds", .found),
+        carried(.passed_over)
     )]
     NoOdometry {
         /// The log.
@@ -99,6 +100,8 @@ pub enum LogError {
         asked: Vec<String>,
         /// The log's channels.
         found: Vec<String>,
+        /// Transforms that move and were passed over: parents and children.
+        passed_over: Vec<(String, String)>,
     },
     /// Several odometry topics.
     #[error("{file} has more than one odometry topic: {}. Choose one with --odom-topic", topics.join(", "))]
@@ -112,7 +115,7 @@ pub enum LogError {
     #[error(
         "{file} has no odometry messages, and which of the transforms that move is the robot's cannot be \
          told:{}\nSay which frame is the robot's in the configuration:\n\n    [input]\n    robot_frame = \"{}\"",
-        itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>()),
+        moves(.moving),
         moving.first().map_or("base_link", |(_, child)| child)
     )]
     UnclearTransforms {
@@ -121,17 +124,23 @@ pub enum LogError {
         /// Parents and children.
         moving: Vec<(String, String)>,
     },
-    /// No odometry but transforms, and none of them moves the frame asked for.
+    /// Nothing moves in or to the frame asked for.
     #[error(
-        "{file} has no odometry messages, and no transform moves `{frame}`, which input.robot_frame names. \
-         Those that move:{}",
-        itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>())
+        "{file} does not say how {}, which {key} names, but how these move:{}",
+        if *key == "input.robot_frame" {
+            format!("`{frame}` moves")
+        } else {
+            format!("the robot moves in `{frame}`")
+        },
+        moves(.moving)
     )]
     NoSuchFrame {
         /// The log.
         file: String,
         /// The frame asked for.
         frame: String,
+        /// What asks for it.
+        key: &'static str,
         /// Parents and children.
         moving: Vec<(String, String)>,
     },
@@ -294,6 +303,26 @@ fn because(asked: &[String]) -> String {
     } else {
         format!(" on the topics asked for ({})", asked.join(", "))
     }
+}
+
+/// `base_link` in `odom`, a line for each.
+fn moves(edges: &[(String, String)]) -> String {
+    let named = edges
+        .iter()
+        .map(|(parent, child)| format!("`{child}` in `{parent}`"));
+    itemised(&named.collect::<Vec<_>>())
+}
+
+/// What was not taken for odometry.
+fn carried(edges: &[(String, String)]) -> String {
+    if edges.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\nTransforms that move, and were not taken for odometry because the sonars' frame carries them:{}\nIf one \
+         of them is the robot's, name it: input.robot_frame",
+        moves(edges)
+    )
 }
 
 /// A line for each of some items, as far as anyone reads them.

@@ -232,6 +232,7 @@ impl Mending {
             }
             LogError::NoOdometry { .. } | LogError::NoSuchFrame { .. } if !self.no_odometry => {
                 self.no_odometry = true;
+                self.config.input.world_frame = None; // what stands in has none
                 self.gatherer.stand_in(Role::Odometry);
             }
             LogError::NoRanges { .. }

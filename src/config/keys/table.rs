@@ -58,6 +58,12 @@ pub const KEYS: &[Key] = &[
         "frame the odometry moves; default: its child_frame_id",
     ),
     key(
+        "input.world_frame",
+        Plain,
+        Any,
+        "frame the odometry is in, where there are several",
+    ),
+    key(
         "input.drop_repeats",
         Plain,
         Any,
@@ -310,6 +316,12 @@ pub const KEYS: &[Key] = &[
         Plain,
         Above(0.0),
         "m; before the message's",
+    ),
+    key(
+        "channel.*.type",
+        Plain,
+        Any,
+        "type of the messages, where the log does not say it",
     ),
     key(
         "channel.*.range",

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Finding, Info, Weight, names};
 use crate::info::channels::ChannelFacts;
+use crate::wording::counted_with;
 
 /// So much more or less delay of the ranges than of the odometry is worth a word, seconds.
 const SKEW: f64 = 0.1;
@@ -81,13 +82,17 @@ pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
 
 /// Stamps.
 pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
-    if let Some(jump) = &info.clock_jump {
+    if let Some(set) = &info.clock_set {
         findings.push(Finding::new(
             Weight::Serious,
             "clock-jump",
-            jump.as_str(),
+            set.what.as_str(),
             "readings meet the poses of another time, or none; the log seems longer or shorter than it is",
-            "replay the parts by themselves with --start and --end",
+            if set.advice.is_empty() {
+                "replay the parts by themselves with --start and --end"
+            } else {
+                &set.advice
+            },
         ));
     }
     let used = |role: &'static str| {
@@ -102,35 +107,45 @@ pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
             findings.push(Finding::new(
                 Weight::Serious,
                 "unstamped",
-                format!("{unstamped} {what} messages carry no stamp (0)"),
+                format!(
+                    "{} no stamp (0)",
+                    counted_with(unstamped, &format!("{what} message"), "carries", "carry")
+                ),
                 "the time of recording is taken: it is late by what the message was under way, and \
                  the arcs shift along the path",
                 "let the driver stamp its messages",
             ));
         }
         let backward = sum(|c| c.backward_stamps);
-        if backward > 0 {
+        // What follows from a clock that was set is told with it.
+        if backward > 0 && info.clock_set.is_none() {
             findings.push(Finding::new(
                 Weight::Notable,
                 "backward-stamps",
-                format!("{backward} {what} messages are stamped earlier than the one before them"),
+                format!(
+                    "{} stamped earlier than the one before",
+                    counted_with(backward, &format!("{what} message"), "is", "are")
+                ),
                 "they are taken in stamp order; if the clock was set back, two times overlap",
                 "look at the clock synchronisation of the robot's computers",
             ));
         }
         let disordered = sum(|c| c.out_of_order);
-        if disordered > 0 {
+        if disordered > 0 && info.clock_set.is_none() {
             findings.push(Finding::new(
                 Weight::Notable,
                 "out-of-order",
-                format!("{disordered} {what} messages lie in the file behind later ones"),
+                format!(
+                    "{} in the file behind later ones",
+                    counted_with(disordered, &format!("{what} message"), "lies", "lie")
+                ),
                 "none: they are taken in stamp order",
                 "",
             ));
         }
     }
     // Delays to a clock that was set say nothing of another clock.
-    if info.clock_jump.is_none() {
+    if info.clock_set.is_none() {
         delays(info, used("range"), used("odometry"), findings);
     }
 }
@@ -195,7 +210,7 @@ pub fn notes(info: &Info, notes: &[String], findings: &mut Vec<Finding>) {
             channel.is_unreadable() && note.starts_with(&format!("{} is left out", channel.topic))
         };
         let repeats = note.contains("sonar's last value although the robot moved");
-        note.contains("no stamp in their header")
+        note.contains("no stamp in the header")
             || (repeats && findings.iter().any(|finding| finding.code == "repeats"))
             || info.channels.iter().any(of_channel)
     };
