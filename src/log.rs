@@ -43,6 +43,7 @@ pub use gathered::Gathered;
 pub use messages::Role;
 pub use notes::{NO_POSE, NO_RANGE};
 pub use read::{read, read_with_truth, read_with_truth_in};
+pub use sonars::{TOO_WIDE, WIDEST_BEAM};
 pub use stamps::ClockSet;
 
 /// A log as far as it could be read.

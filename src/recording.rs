@@ -59,6 +59,7 @@ use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
 use crate::observer::{Observer, ObserverError, Setting};
 use crate::tmam::step::Step;
+use crate::wording::counted;
 
 /// What the angle plots are laid out for until the beams are known, radians.
 const USUAL_BEAM_WIDTH: f64 = 0.5;
@@ -338,13 +339,15 @@ impl<W: Write> Recording<W> {
             let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
             let [walls, points, tentative] = self.map.counts();
             let text = format!(
-                "end: {} frames; {} contact, {} intersection, {} unidentified arcs, {} suspect; \
-                 {walls} line(s) and {points} point(s) in the map, {tentative} more tentative",
-                last.frame - first.frame + 1,
+                "end: {}; {} contact, {} intersection, {} unidentified arcs, {} suspect; \
+                 {} and {} in the map, {tentative} more tentative",
+                counted((last.frame - first.frame + 1).unsigned_abs(), "frame"),
                 arcs("contact"),
                 arcs("intersection"),
                 arcs("unidentified"),
                 self.suspects.count(),
+                counted(walls as u64, "line"),
+                counted(points as u64, "point"),
             );
             self.log
                 .note(last, TextLogLevel::INFO, text, lines, out_ref)?;

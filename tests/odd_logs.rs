@@ -303,11 +303,184 @@ fn an_odometry_that_jumps_and_clocks_that_go_back_together_are_told() {
         vec![message]
     });
     let run = replay(&bench, &back);
+    let advice = "--end 5.9 replays what lies before these times, --start 10.0 what lies behind";
     says(
         &run,
         0,
-        &["the clock was set back while the log was recorded, once, by up to 3.9"],
+        &[
+            "the clock was set back while the log was recorded, once, by up to 3.9",
+            advice,
+        ],
     );
+    told_once(&run, "--start");
+    let path = bench.path("log.mcap");
+    let info = bench.tmam(&path, "info {} --json").stdout;
+    assert!(
+        info.contains("\"clock-jump\"") && info.contains(advice),
+        "{info}"
+    );
+    for code in ["odometry-jump", "backward-stamps", "out-of-order"] {
+        assert!(!info.contains(code), "{code}: {info}");
+    }
+    // A jump that the clock does not explain is still one.
+    let both = bench.tmam(&path, "replay {} --start 10.0 --features f");
+    assert!(!both.stderr.contains("jumps"), "{}", both.stderr);
+}
+
+/// That one line of notes alone has a word.
+fn told_once(run: &Run, word: &str) {
+    let lines = run.stderr.lines().filter(|line| line.contains(word));
+    assert_eq!(lines.count(), 1, "{word}: {}", run.stderr);
+}
+
+#[test]
+fn stamps_set_back_alone_are_told_once_with_what_to_replay() {
+    let start = Cell::new(u64::MAX);
+    let back = changed(|mut message| {
+        start.set(start.get().min(message.log_time));
+        let is_late = message.log_time > start.get() + 50 * SECOND;
+        if is_late && (is_range(&message) || message.topic == "/odom") {
+            message.shift_stamp(-30);
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let run = replay(&bench, &back);
+    let said =
+        "messages of 16 of 16 sonars and of the odometry was set while they were recorded: by -30.";
+    says(&run, 0, &[said, "--end 20.", "--start 50."]);
+    for word in ["jumps", "stamped earlier"] {
+        assert!(!run.stderr.contains(word), "{word}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn a_field_of_view_in_degrees_is_told_and_overruled() {
+    let bytes = changed(|mut message| {
+        if is_range(&message) {
+            let place = field_of_view(&message.data);
+            message.data[place].copy_from_slice(&22.5_f32.to_le_bytes());
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let run = replay(&bench, &bytes);
+    let said = [
+        "the beams of 16 sonars (`sonar_00`, `sonar_01`, `sonar_02` and 13 more) are 1289 deg wide",
+        "(22.500 rad)",
+        "sonars.beam_width = 22.5 (deg) in the configuration overrules it",
+    ];
+    says(&run, 0, &said);
+    let path = bench.path("log.mcap");
+    let run = bench.tmam(&path, "replay {} --features f --set sonars.beam_width=22.5");
+    says(&run, 0, &[]);
+    assert!(!run.stderr.contains("1289"), "{}", run.stderr);
+    assert_eq!(bench.tmam(&log(), "replay {} --features g").code, 0);
+    assert_eq!(bench.json("f")["counts"], bench.json("g")["counts"]);
+    // One sonar's own key stands before a message that makes sense, too.
+    let run = bench.tmam(
+        &log(),
+        "replay {} --trace t --set sonar.sonar_00.beam_width=40",
+    );
+    says(&run, 0, &[]);
+    let info = bench.tmam(&log(), "info {} --json --set sonar.sonar_00.beam_width=40");
+    assert!(
+        info.stdout.contains("\"beam_width\": 0.698131701"),
+        "{}",
+        info.stdout
+    );
+}
+
+#[test]
+fn mounts_that_move_are_told_once_for_all_sonars() {
+    // What was fixed comes a second time on /tf alone, a little farther to the left.
+    let bytes = changed(|mut message| {
+        if message.topic != "/tf_static" {
+            return vec![message];
+        }
+        message.topic = "/tf".into();
+        let mut moved = Message {
+            topic: "/tf".into(),
+            log_time: message.log_time + SECOND,
+            data: message.data.clone(),
+            rank: 0,
+        };
+        let mut last = 4;
+        while let Some(at) = find(&moved.data[last..], b"base_link\0") {
+            last += at + 10;
+            let child = (last - 4).next_multiple_of(4) + 4;
+            let length = u32::from_le_bytes(moved.data[child..child + 4].try_into().unwrap());
+            let x = (child + 4 + length as usize - 4).next_multiple_of(8) + 4;
+            let old = f64::from_le_bytes(moved.data[x..x + 8].try_into().unwrap());
+            moved.data[x..x + 8].copy_from_slice(&(old + 0.1).to_le_bytes());
+        }
+        vec![message, moved]
+    });
+    let run = replay(&Bench::new(), &bytes);
+    let said =
+        "the mounts of 16 sonars (`sonar_00`, `sonar_01`, `sonar_02` and 13 more) move on /tf";
+    says(&run, 0, &[said]);
+    told_once(&run, "move");
+}
+
+fn find(data: &[u8], word: &[u8]) -> Option<usize> {
+    data.windows(word.len()).position(|window| window == word)
+}
+
+/// The messages on /tf alone say where the robot was; from a share of them on, and for so many, they
+/// name a frame otherwise, by a word as long.
+fn renamed(from: u32, count: u32, frame: &[u8], other: &[u8]) -> Vec<u8> {
+    let seen = Cell::new(0);
+    changed(|mut message| match message.topic.as_str() {
+        "/odom" => Vec::new(),
+        "/tf" => {
+            let place = seen.replace(seen.get() + 1);
+            if (from..from + count).contains(&place) {
+                let at = find(&message.data, frame).unwrap();
+                message.data[at..at + other.len()].copy_from_slice(other);
+            }
+            vec![message]
+        }
+        _ => vec![message],
+    })
+}
+
+#[test]
+fn damaged_names_of_the_transforms_that_move_the_robot_are_losses() {
+    for (frame, other, named) in [
+        (&b"odom\0"[..], &b"odo#\0"[..], "`base_link` in `odo#`"),
+        (b"base_link\0", b"base_lin#\0", "`base_lin#` in `odom`"),
+    ] {
+        let bench = Bench::new();
+        let run = replay(&bench, &renamed(500, 2, frame, other));
+        says(
+            &run,
+            3,
+            &["2 of 1001 transforms on /tf give the pose of", named],
+        );
+        let path = bench.path("log.mcap");
+        assert_eq!(bench.tmam(&path, "replay {} --strict").code, 2);
+        let info = bench.tmam(&path, "info {}");
+        says(&info, 3, &[]);
+        assert!(info.stdout.contains("INCOMPLETE"), "{}", info.stdout);
+    }
+}
+
+#[test]
+fn a_track_by_transforms_that_is_renamed_half_way_goes_on() {
+    let bench = Bench::new();
+    let run = replay(&bench, &renamed(500, 1000, b"odom\0", b"odo2\0"));
+    says(
+        &run,
+        0,
+        &["`base_link` in `odo2`", "all are taken for one track"],
+    );
+    let whole = bench.tmam(&log(), "replay {} --features g");
+    assert_eq!(whole.code, 0);
+    assert_eq!(bench.json("f")["counts"], bench.json("g")["counts"]);
+    let arguments = "replay {} --features f --set input.world_frame='odo2'";
+    let half = bench.tmam(&bench.path("log.mcap"), arguments);
+    says(&half, 0, &["readings have no pose"]);
 }
 
 #[test]

@@ -196,7 +196,7 @@ fn text_of_a_log_without_anything_is_short() {
     assert_eq!(nothing.verdict, Verdict::No);
     let text = text::text(&nothing);
     assert!(
-        text.starts_with("made_up.mcap: 0.0 s, 1 messages used, 0 sonars\ncannot"),
+        text.starts_with("made_up.mcap: 0.0 s, 1 message used, 0 sonars\ncannot"),
         "{text}"
     );
 }

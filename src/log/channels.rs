@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::budget::Budget;
 use super::container::{Channel, RawMessage};
 use super::custom;
-use super::decoder::{DecodeError, Decoder};
+use super::decoder::{self, DecodeError, Decoder};
 use super::messages::{self, Content, MOST_SONARS, Read, Role};
 use crate::config::Config;
 use crate::config::channel::ChannelFields;
@@ -39,6 +39,8 @@ pub struct ChannelReport {
     pub undecoded: u64,
     /// Why it, or the first message that could not be decoded, is not used.
     pub problem: Option<String>,
+    /// Whether it is a sonar's by its type, or asked for: what it says is missing where it is not used.
+    pub wanted: bool,
 }
 
 /// The channels of a log, with a reader for each that is used.
@@ -180,9 +182,13 @@ impl Channels {
             messages: 0,
             undecoded: 0,
             problem: None,
+            wanted: !passed_over
+                && (asked_for || described.is_some() || messages::is_one_sonar(type_name)),
         };
         let Some((role, way)) = known.filter(|_| report.used) else {
-            if role.is_none() && described.is_some() {
+            if role.is_none() && type_name.is_empty() && channel.encoding == "cdr" {
+                report.problem = Some(decoder::undefined(type_name));
+            } else if role.is_none() && described.is_some() {
                 report.problem = Some(format!(
                     "`{type_name}`, which the configuration says it is, is no type that is read: give the \
                      fields of its messages instead"

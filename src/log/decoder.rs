@@ -4,7 +4,6 @@ use super::container::Channel;
 use super::ros2::Ros2Error;
 use super::value::Value;
 use super::{json, protobuf, ros1, ros2, standard};
-use crate::config::keys;
 
 /// Decodes the messages of one channel.
 #[derive(Debug, Clone)]
@@ -39,8 +38,8 @@ impl Decoder {
         let is_blank = schema.data.trim_ascii().is_empty();
         match (channel.encoding.as_str(), schema.encoding.as_str()) {
             ("cdr", "" | "ros2msg") if is_blank => {
-                let definition = standard::definition(type_name)
-                    .ok_or_else(|| undefined(type_name, &channel.topic))?;
+                let definition =
+                    standard::definition(type_name).ok_or_else(|| undefined(type_name))?;
                 ros2::Decoder::new(type_name, definition.as_bytes())
                     .map(Self::Ros2)
                     .map_err(|error| error.to_string())
@@ -79,16 +78,17 @@ impl Decoder {
 }
 
 /// What to do about a type that the file does not define.
-fn undefined(type_name: &str, topic: &str) -> String {
+pub fn undefined(type_name: &str) -> String {
     let what = if type_name.is_empty() {
-        "the file does not say of what type its messages are".to_owned()
+        "the file does not say of what type the messages are. Record with".to_owned()
     } else {
-        format!("the file has no definition of `{type_name}`, and it is no standard type")
+        format!(
+            "the file has no definition of `{type_name}`, and it is no standard type. Record with"
+        )
     };
     format!(
-        "{what}; record with the definitions of its messages (`ros2msg`), or say which standard type it is \
-         in the configuration: [channel.{}] type = \"sensor_msgs/msg/Range\"",
-        keys::quoted(topic)
+        "{what} definitions (`ros2msg`), or name the standard type that it is in the configuration: \
+         [channel.\"/topic\"] type = \"sensor_msgs/msg/Range\""
     )
 }
 
@@ -153,7 +153,7 @@ mod tests {
         for (encoding, schema, name, says) in [
             ("cdr", "ros2idl", "sensor_msgs/msg/Range", "`ros2msg`"),
             ("cdr", "", "my_msgs/msg/Echo", "no standard type"),
-            ("cdr", "", "", "[channel.\"/t\"] type"),
+            ("cdr", "", "", "[channel.\"/topic\"] type"),
             ("flatbuffer", "flatbuffer", "foxglove.LaserScan", "protobuf"),
             ("ros1", "", "sensor_msgs/Range", "`ros1msg`"),
             ("cbor", "", "sensor_msgs/Range", "not known"),

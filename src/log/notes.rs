@@ -1,8 +1,12 @@
 //! What a person is told of a log's channels and of what was lost.
 
+use std::collections::BTreeMap;
+
 use super::channels::ChannelReport;
 use super::container::Loss;
+use super::strays::few;
 use crate::legible::one_line;
+use crate::wording::counted;
 
 /// Why a channel of odometry is of no use although its messages are read.
 pub const NO_POSE: &str =
@@ -22,8 +26,10 @@ fn describe(channel: &ChannelReport) -> String {
         &channel.type_name
     };
     let text = format!(
-        "{} ({type_name}, {}, {} messages{problem})",
-        channel.topic, channel.encoding, channel.messages
+        "{} ({type_name}, {}, {}{problem})",
+        channel.topic,
+        channel.encoding,
+        counted(channel.messages, "message")
     );
     one_line(&text).into_owned()
 }
@@ -43,29 +49,49 @@ pub fn refuse(channels: &mut [ChannelReport], topic: &str, problem: String) {
     }
 }
 
-/// Channels that would have been used and cannot be.
+/// Channels that would have been used and cannot be, as far as nothing is missing without them.
 pub fn on_channels(channels: &[ChannelReport]) -> Vec<String> {
-    channels
-        .iter()
-        .filter(|channel| !channel.used && channel.undecoded == 0)
-        .filter_map(|channel| {
-            let problem = channel.problem.as_ref()?;
-            Some(format!("{} is left out: {problem}", channel.topic))
-        })
-        .collect()
+    let mut topics = BTreeMap::<&str, Vec<String>>::new();
+    for channel in channels.iter().filter(|channel| !channel.wanted) {
+        if let Some(problem) = unread(channel) {
+            topics
+                .entry(problem)
+                .or_default()
+                .push(channel.topic.clone());
+        }
+    }
+    let note = |(problem, topics): (&str, Vec<String>)| {
+        let verb = if topics.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} left out: {problem}", few(&topics))
+    };
+    topics.into_iter().map(note).collect()
+}
+
+/// Why not a message of a channel is read, where none is.
+fn unread(channel: &ChannelReport) -> Option<&str> {
+    let problem = channel.problem.as_deref()?;
+    (!channel.used && channel.undecoded == 0).then_some(problem)
 }
 
 /// What could not be read of the file and of each channel.
 pub fn on_losses(losses: &[Loss], channels: &[ChannelReport]) -> Vec<String> {
     let of_file = losses.iter().map(ToString::to_string);
-    let of_channels = channels.iter().filter(|c| c.undecoded > 0).map(|channel| {
-        format!(
-            "{} of {} messages on {}: {}",
-            channel.undecoded,
-            channel.messages,
+    let of_channels = channels.iter().filter_map(|channel| {
+        if channel.undecoded > 0 {
+            return Some(format!(
+                "{} of {} on {}: {}",
+                channel.undecoded,
+                counted(channel.messages, "message"),
+                channel.topic,
+                channel.problem.as_deref().unwrap_or_default()
+            ));
+        }
+        let problem = unread(channel).filter(|_| channel.wanted)?;
+        Some(format!(
+            "{}, {}: left out, since {problem}",
             channel.topic,
-            channel.problem.as_deref().unwrap_or_default()
-        )
+            counted(channel.messages, "message")
+        ))
     });
     of_file.chain(of_channels).collect()
 }

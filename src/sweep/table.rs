@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use super::Sweep;
 use super::columns::{Better, columns};
 use crate::info::tables::{render, table};
+use crate::wording::counted;
 
 /// Reasons of failure that are told.
 const REASONS: usize = 5;
@@ -47,10 +48,10 @@ fn head(sweep: &Sweep) -> String {
         })
         .collect();
     format!(
-        "{}{}: {} cells, {}; {}\nranked by {}\n\n",
+        "{}{}: {}, {}; {}\nranked by {}\n\n",
         sweep.file,
         if sweep.complete { "" } else { " (INCOMPLETE)" },
-        sweep.cells.len(),
+        counted(sweep.cells.len() as u64, "cell"),
         axes.join(", "),
         if sweep.with_truth {
             "held against the truth"

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Finding, Info, Weight, names};
 use crate::info::channels::ChannelFacts;
+use crate::log::TOO_WIDE;
 use crate::wording::counted_with;
 
 /// So much more or less delay of the ranges than of the odometry is worth a word, seconds.
@@ -38,33 +39,40 @@ pub fn channels(info: &Info, findings: &mut Vec<Finding>) {
             "unread-channel",
             format!("{topics} {verb} not read: {problem}"),
             "what they say is missing from the replay",
-            "",
+            if channels.iter().any(|channel| channel.wanted) {
+                "a replay ends with exit code 3; record them as is said, or leave them out: --range-topic"
+            } else {
+                ""
+            },
         ));
     }
 }
 
 /// What of the file could not be read.
 pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
-    if info.losses.is_empty() {
+    // Of channels that are not read, there is a finding of their own.
+    let of_channel = |loss: &str| {
+        let mut unread = info.channels.iter().filter(|c| c.is_unreadable());
+        unread.any(|channel| loss.starts_with(&format!("{}, ", channel.topic)))
+    };
+    let losses: Vec<&String> = (info.losses.iter())
+        .filter(|loss| !of_channel(loss))
+        .collect();
+    if losses.is_empty() {
         return;
     }
     let mut what = format!(
         "the log is not whole, {} could not be read",
-        match info.losses.len() {
+        match losses.len() {
             1 => "one part".to_owned(),
             n => format!("{n} parts"),
         }
     );
-    for (loss, mark) in info
-        .losses
-        .iter()
-        .take(NAMED_LOSSES)
-        .zip([": ", "; ", "; "])
-    {
+    for (loss, mark) in losses.iter().take(NAMED_LOSSES).zip([": ", "; ", "; "]) {
         what.push_str(mark);
         what.push_str(loss);
     }
-    if info.losses.len() > NAMED_LOSSES {
+    if losses.len() > NAMED_LOSSES {
         what.push_str("; ...");
     }
     findings.push(Finding::new(
@@ -207,12 +215,14 @@ fn delays<'a>(
 pub fn notes(info: &Info, notes: &[String], findings: &mut Vec<Finding>) {
     let said = |note: &str| {
         let of_channel = |channel: &ChannelFacts| {
-            channel.is_unreadable() && note.starts_with(&format!("{} is left out", channel.topic))
+            let problem = channel.problem.as_deref().unwrap_or_default();
+            channel.is_unreadable() && note.ends_with(&format!(" left out: {problem}"))
         };
         let repeats = note.contains("sonar's last value although the robot moved");
         note.contains("no stamp in the header")
             || (repeats && findings.iter().any(|finding| finding.code == "repeats"))
             || info.channels.iter().any(of_channel)
+            || (note.contains(TOO_WIDE) && findings.iter().any(|f| f.code == "beam-width"))
     };
     let unsaid: Vec<&String> = notes.iter().filter(|note| !said(note)).collect();
     for note in unsaid {

@@ -254,6 +254,7 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
         .map(|c| c.topic.as_str())
         .collect();
     let flag = if role == "range" { "range" } else { "odom" };
+    let untyped = |c: &ChannelFacts| c.type_name.is_empty() && c.problem.is_some();
     if !asked.is_empty() {
         format!("ask for other topics with --{flag}-topic: the channels above are there")
     } else if info.channels.iter().any(unread) {
@@ -267,6 +268,11 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
         format!(
             "look at what publishes {}: {what}",
             super::names(empty.into_iter())
+        )
+    } else if info.channels.iter().any(untyped) {
+        format!(
+            "the log does not say of what type some channels are: name the type of those that hold {role} in the \
+             configuration, [channel.\"/topic\"] type = \"...\""
         )
     } else {
         format!("no channel above has a type that is read as {role}; docs/logs.md says which are")

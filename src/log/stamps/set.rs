@@ -48,8 +48,8 @@ pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<ClockSet> {
     let times = times(returns);
     if overlap > JUMP {
         let what = format!(
-            "the clock was set back while the log was recorded, {times}, by up to {farthest:.3} s: stamps and times \
-             of recording were twice at {:.3} s of the log, where readings from before and after meet each \
+            "the clock was set back while the log was recorded, {times}, by up to {farthest:.3} s: {:.3} s \
+             of stamps and times of recording come twice, in which readings from before and after meet each \
              other's poses and the odometry seems to jump to and fro",
             seconds(overlap)
         );
