@@ -187,9 +187,8 @@ fn a_damaged_name_costs_the_messages_that_have_it() {
     });
     let bench = Bench::new();
     let said = [
-        "1 of ",
-        "readings on /sonar/sonar_03 name the frame `sonar_0#`",
-        "messages on /odom give the pose of `base_link` in `odo#`",
+        "1 of 178 readings on /sonar/sonar_03 names the frame `sonar_0#`",
+        "1 of 1001 messages on /odom gives the pose of `base_link` in `odo#`",
     ];
     let run = replay(&bench, &bytes);
     says(&run, 3, &said);
@@ -303,7 +302,7 @@ fn an_odometry_that_jumps_and_clocks_that_go_back_together_are_told() {
         vec![message]
     });
     let run = replay(&bench, &back);
-    let advice = "--end 5.9 replays what lies before these times, --start 10.0 what lies behind";
+    let advice = "--end 6.0 replays what lies before these times, --start 10.0 what lies behind";
     says(
         &run,
         0,
@@ -557,7 +556,7 @@ fn messages_that_could_not_be_read_are_told_with_the_mounts_they_may_have_held()
     });
     let words = [
         "no mounting pose for sonar frame `sonar_00`",
-        "Also:\n  - 1 of 1 messages on /tf_static: ",
+        "Also:\n  - 1 of 1 message on /tf_static: ",
     ];
     says(&replay(&Bench::new(), &bytes), 2, &words);
 }
