@@ -26,22 +26,24 @@ impl Gatherer {
             return Ok(None);
         }
         let courses = self.courses(config)?;
+        let carriers = self.carriers();
         let poses = self.tracks.values().map(Odometry::len).max().unwrap_or(0);
         let is_candidate = |(edge, course): &(&Edge, &Course)| {
-            (course.moved || sounds_like_a_robot(edge)) && !self.is_below(config, edge, course)
+            (course.moved || sounds_like_a_robot(edge))
+                && !self.is_below(config, &carriers, edge, course)
         };
         let candidates: Vec<(&Edge, &Course)> =
             courses.iter().copied().filter(is_candidate).collect();
-        let children = self.robots(config, &candidates);
+        let children = robots(config, &carriers, &candidates);
         let of_robot = (candidates.iter().copied())
             .filter(|((_, child), _)| children.contains(child.as_str()))
             .max_by_key(|(_, course)| course.track.len())
             .filter(|_| children.len() == 1);
-        let is_carrier = |(edge, _): &(&Edge, &Course)| self.is_carrier(config, &edge.1);
+        let is_carrier = |(edge, _): &(&Edge, &Course)| is_robot(config, &carriers, &edge.1);
         // A transform to the odometry's frame, from the robot's: better than a frame of which nothing
         // says that it is the robot's.
         if !of_robot.as_ref().is_some_and(is_carrier)
-            && let Some((edge, course)) = self.way_back(config, &courses)
+            && let Some((edge, course)) = way_back(config, &carriers, &courses)
             && course.track.len() > poses
         {
             return Ok(way_back_taken(edge, course, poses));
@@ -93,9 +95,10 @@ impl Gatherer {
     /// The transforms that move and are not looked at: what the robot carries.
     pub(super) fn passed_over(&self, config: &Config) -> Vec<Edge> {
         let courses = self.courses(config).unwrap_or_default();
+        let carriers = self.carriers();
         let carried = courses
             .into_iter()
-            .filter(|(edge, course)| self.is_below(config, edge, course));
+            .filter(|(edge, course)| self.is_below(config, &carriers, edge, course));
         carried.map(|(edge, _)| edge.clone()).collect()
     }
 
@@ -117,40 +120,16 @@ impl Gatherer {
 
     /// Whether it is a part of the robot, or the way back: what the frame of the sonars moves, or what
     /// hangs on that.
-    fn is_below(&self, config: &Config, edge: &Edge, course: &Course) -> bool {
-        let carriers = self.carriers();
-        let mut carriers = carriers.iter();
-        config.input.robot_frame.is_none()
-            && course.moved
-            && carriers.any(|carrier| self.transforms.is_below(&edge.0, carrier))
-    }
-
-    /// The one transform from the robot's frame to one that sounds like the odometry's, if there is
-    /// just one.
-    fn way_back<'a>(
+    fn is_below(
         &self,
         config: &Config,
-        courses: &[(&'a Edge, &'a Course)],
-    ) -> Option<(&'a Edge, &'a Course)> {
-        let sounds_like_a_world =
-            |frame: &str| frame.contains("odom") || frame == "map" || frame == "world";
-        let mut found = courses.iter().filter(|((parent, child), course)| {
-            course.moved && sounds_like_a_world(child) && self.is_carrier(config, parent)
-        });
-        match (found.next(), found.next()) {
-            (Some(one), None) => Some(*one),
-            _ => None,
-        }
-    }
-
-    /// Whether a frame is the robot's by what is asked for, or by what it carries or else is called.
-    fn is_carrier(&self, config: &Config, frame: &str) -> bool {
-        let carriers = self.carriers();
-        match &config.input.robot_frame {
-            Some(robot_frame) => robot_frame == frame,
-            None if carriers.is_empty() => frame.starts_with("base"),
-            None => carriers.contains(frame),
-        }
+        carriers: &BTreeSet<&str>,
+        edge: &Edge,
+        course: &Course,
+    ) -> bool {
+        config.input.robot_frame.is_none()
+            && course.moved
+            && (carriers.iter()).any(|carrier| self.transforms.is_below(&edge.0, carrier))
     }
 
     /// The frames that carry sonars, as far as transforms say.
@@ -167,35 +146,58 @@ impl Gatherer {
             .collect()
     }
 
-    /// The frames that may be the robot's: the one asked for; or those among the candidates' that carry
-    /// sonars; or those that sound like it; or all.
-    fn robots<'a>(
-        &'a self,
-        config: &'a Config,
-        candidates: &[(&'a Edge, &'a Course)],
-    ) -> BTreeSet<&'a str> {
-        let children: BTreeSet<&str> = candidates
-            .iter()
-            .map(|((_, child), _)| child.as_str())
-            .collect();
-        if let Some(frame) = &config.input.robot_frame {
-            return BTreeSet::from([frame.as_str()]);
-        }
-        let mut carriers = self.carriers();
-        carriers.retain(|carrier| children.contains(carrier));
-        let like_base = || -> BTreeSet<&str> {
-            let base = children.iter().filter(|child| child.starts_with("base"));
-            base.copied().collect()
-        };
-        match (carriers.is_empty(), like_base()) {
-            (false, _) => carriers,
-            (true, base) if !base.is_empty() => base,
-            _ => children,
-        }
-    }
-
     fn first_reading(&self) -> Option<i64> {
         self.readings.iter().map(|reading| reading.stamp_ns).min()
+    }
+}
+
+/// The one transform from the robot's frame to one that sounds like the odometry's, if there is just one.
+fn way_back<'a>(
+    config: &Config,
+    carriers: &BTreeSet<&str>,
+    courses: &[(&'a Edge, &'a Course)],
+) -> Option<(&'a Edge, &'a Course)> {
+    let sounds_like_a_world =
+        |frame: &str| frame.contains("odom") || frame == "map" || frame == "world";
+    let mut found = courses.iter().filter(|((parent, child), course)| {
+        course.moved && sounds_like_a_world(child) && is_robot(config, carriers, parent)
+    });
+    match (found.next(), found.next()) {
+        (Some(one), None) => Some(*one),
+        _ => None,
+    }
+}
+
+/// Whether a frame is the robot's by what is asked for, or by what it carries or else is called.
+fn is_robot(config: &Config, carriers: &BTreeSet<&str>, frame: &str) -> bool {
+    match &config.input.robot_frame {
+        Some(robot_frame) => robot_frame == frame,
+        None if carriers.is_empty() => frame.starts_with("base"),
+        None => carriers.contains(frame),
+    }
+}
+
+/// The frames that may be the robot's: the one asked for; or those among the candidates' that carry
+/// sonars; or those that sound like it; or all.
+fn robots<'a>(
+    config: &'a Config,
+    carriers: &BTreeSet<&'a str>,
+    candidates: &[(&'a Edge, &'a Course)],
+) -> BTreeSet<&'a str> {
+    let children: BTreeSet<&str> = candidates
+        .iter()
+        .map(|((_, child), _)| child.as_str())
+        .collect();
+    if let Some(frame) = &config.input.robot_frame {
+        return BTreeSet::from([frame.as_str()]);
+    }
+    let carrying: BTreeSet<&str> = carriers.intersection(&children).copied().collect();
+    let base = children.iter().filter(|child| child.starts_with("base"));
+    let like_base: BTreeSet<&str> = base.copied().collect();
+    match (carrying.is_empty(), like_base.is_empty()) {
+        (false, _) => carrying,
+        (true, false) => like_base,
+        (true, true) => children,
     }
 }
 

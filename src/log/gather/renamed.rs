@@ -17,14 +17,19 @@ const TURN: f64 = 0.5;
 /// Whether a transform is another one whose frames a few damaged messages name otherwise.
 pub fn is_stray(one: (&Edge, &Course), usual: (&Edge, &Course)) -> bool {
     let ((a, one), (b, usual)) = (one, usual);
-    let is_alike = (a.1 == b.1 && a.0 != b.0)
-        || (resembles(&a.0, &b.0) && a.1 != b.1 && resembles(&a.1, &b.1));
-    is_alike && one.topic == usual.topic && is_handful(one.track.len(), usual.track.len())
+    one.topic == usual.topic
+        && is_handful(one.track.len(), usual.track.len())
+        && ((a.1 == b.1 && a.0 != b.0)
+            || (a.1 != b.1 && resembles(&a.0, &b.0) && resembles(&a.1, &b.1)))
 }
+
+/// Longer names are alike only where they are equal: comparing takes the product of their lengths.
+const LONGEST: usize = 64;
 
 /// Whether two names differ in some letters at the most.
 fn resembles(a: &str, b: &str) -> bool {
-    strsim::levenshtein(a, b) * 3 <= a.chars().count().max(b.chars().count())
+    let longest = a.len().max(b.len());
+    a == b || (longest <= LONGEST && strsim::levenshtein(a, b) * 3 <= longest)
 }
 
 /// A track, with what was done about the same frame under other names.

@@ -128,6 +128,29 @@ fn damaged_names_on_tf_are_counted_as_lost() {
 }
 
 #[test]
+fn names_of_any_length_are_compared_at_once() {
+    let names: Vec<String> = (0..100)
+        .map(|k| format!("{k}{}", "x".repeat(100_000)))
+        .collect();
+    let courses = names.iter().enumerate();
+    let edges: Vec<_> = courses
+        .map(|(k, name)| {
+            (
+                ("world", name.as_str()),
+                0..if k % 2 == 0 { 20 } else { 2 },
+                0.0,
+            )
+        })
+        .collect();
+    // With the product of lengths this would take a day.
+    assert!(
+        log_of(&edges)
+            .by_transforms(&Config::default(), "log")
+            .is_err()
+    );
+}
+
+#[test]
 fn a_track_that_is_renamed_is_joined_where_it_goes_on_and_told_where_it_does_not() {
     let chosen = |offset: f64, from: i32, config: &Config| {
         let renamed = [
