@@ -300,6 +300,13 @@ fn a_type_that_the_file_does_not_say_is_named_in_the_configuration() {
     let run = bench.tmam(&path, "replay {} --features f");
     assert_eq!(run.code, 2);
     assert!(run.stderr.contains(said), "{}", run.stderr);
+    assert_eq!(run.stderr.matches(said).count(), 1, "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("/sonar/sonar_01 (no type, cdr, 150 messages: likewise)"),
+        "{}",
+        run.stderr
+    );
     let types: String = (0..16)
         .map(|k| format!("[channel.\"/sonar/sonar_{k:02}\"]\ntype = \"sensor_msgs/msg/Range\"\n"))
         .collect();

@@ -1,6 +1,6 @@
 //! What a person is told of a log's channels and of what was lost.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::channels::ChannelReport;
 use super::container::Loss;
@@ -15,11 +15,8 @@ pub const NO_POSE: &str =
 pub const NO_RANGE: &str = "its messages hold no range";
 
 /// A channel in a list of what the log holds.
-fn describe(channel: &ChannelReport) -> String {
-    let problem = match &channel.problem {
-        Some(problem) => format!(": {problem}"),
-        None => String::new(),
-    };
+fn describe(channel: &ChannelReport, problem: Option<&str>) -> String {
+    let problem = problem.map_or_else(String::new, |problem| format!(": {problem}"));
     let type_name = if channel.type_name.is_empty() {
         "no type"
     } else {
@@ -34,11 +31,18 @@ fn describe(channel: &ChannelReport) -> String {
     one_line(&text).into_owned()
 }
 
-/// Channels in a list of what the log holds: first those that may be meant.
+/// Channels in a list of what the log holds: first those that may be meant. What is wrong with several
+/// of them is said once.
 pub fn candidates(channels: &[ChannelReport]) -> Vec<String> {
     let mut channels: Vec<&ChannelReport> = channels.iter().collect();
     channels.sort_by_key(|channel| (channel.role.is_none(), channel.problem.is_none()));
-    channels.into_iter().map(describe).collect()
+    let mut said = BTreeSet::new();
+    let lines = channels.into_iter().map(|channel| {
+        let problem = channel.problem.as_deref();
+        let is_new = problem.is_none_or(|problem| said.insert(problem));
+        describe(channel, if is_new { problem } else { Some("likewise") })
+    });
+    lines.collect()
 }
 
 /// Marks a topic as one that cannot be used after all.
