@@ -76,6 +76,9 @@ pub struct Input {
     /// `child_frame_id` where not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub robot_frame: Option<String>,
+    /// Frame that the odometry is in, where messages or transforms give the robot's pose in several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world_frame: Option<String>,
     /// Leave out readings that merely repeat a sonar's last value while the robot moved.
     pub drop_repeats: bool,
     /// Use messages that only the data section's checksum covers where that does not agree: any of

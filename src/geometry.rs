@@ -48,6 +48,12 @@ impl Pose2 {
         Self::new(p.x, p.y, self.yaw + other.yaw)
     }
 
+    /// `b_from_a`, where this is `a_from_b`.
+    pub fn inverse(&self) -> Self {
+        let p = self.inverse_transform(Vec2::zeros());
+        Self::new(p.x, p.y, -self.yaw)
+    }
+
     /// A point in the source frame, expressed in the target frame.
     pub fn transform(&self, point: Vec2) -> Vec2 {
         self.position() + rotate(point, self.yaw)

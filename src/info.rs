@@ -17,8 +17,8 @@ pub mod text;
 pub mod trial;
 
 use crate::event::SonarId;
-use crate::log::LogError;
 use crate::log::survey::Survey;
+use crate::log::{ClockSet, LogError};
 use channels::ChannelFacts;
 use findings::Finding;
 use motion::OdometryFacts;
@@ -39,7 +39,7 @@ pub struct Info {
     /// What could not be read; empty for a whole log.
     pub losses: Vec<String>,
     /// How the clock of its stamps was set while it was recorded.
-    pub clock_jump: Option<String>,
+    pub clock_set: Option<ClockSet>,
     /// Its channels, by topic.
     pub channels: Vec<ChannelFacts>,
     /// Its sonars, by name.
@@ -85,9 +85,19 @@ impl Info {
         for obstacle in &obstacles {
             forget_placeholder(&mut sonars, obstacle);
         }
-        let no_odometry = |o: &LogError| matches!(o, LogError::NoOdometry { .. });
+        let no_odometry = |o: &LogError| {
+            matches!(
+                o,
+                LogError::NoOdometry { .. } | LogError::NoSuchFrame { .. }
+            )
+        };
         let blind = sonars.is_empty() || obstacles.iter().any(no_odometry);
-        let odometry = motion::odometry(odometry_topic.as_deref(), &log.events, &config);
+        let odometry = motion::odometry(
+            odometry_topic.as_deref(),
+            &log.events,
+            log.clock_set.as_ref().map_or(&[], |set| &set.twice),
+            &config,
+        );
         let trial = if blind {
             Trial::none(config)
         } else {
@@ -118,7 +128,7 @@ impl Info {
             start_ns,
             end_ns,
             losses: log.losses,
-            clock_jump: log.clock_jump,
+            clock_set: log.clock_set,
             channels,
             sonars,
             odometry,
@@ -130,6 +140,11 @@ impl Info {
         info.skeleton = skeleton::skeleton(&info, &obstacles);
         info.findings = findings::findings(&info, &obstacles, &log.notes);
         info
+    }
+
+    /// Whether all of it could be read and is used.
+    pub fn is_complete(&self) -> bool {
+        self.losses.is_empty() && self.verdict != Verdict::InPart
     }
 
     /// Whether the log is whole, can be replayed as it is, and holds an echo.

@@ -44,4 +44,5 @@ pub mod tmam;
 pub mod tool;
 pub mod trace;
 pub mod truth;
+pub mod wording;
 pub mod world;

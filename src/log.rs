@@ -43,6 +43,8 @@ pub use gathered::Gathered;
 pub use messages::Role;
 pub use notes::{NO_POSE, NO_RANGE};
 pub use read::{read, read_with_truth, read_with_truth_in};
+pub use sonars::{TOO_WIDE, WIDEST_BEAM};
+pub use stamps::ClockSet;
 
 /// A log as far as it could be read.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,15 +62,16 @@ pub struct Log {
     /// What a person should know of it.
     pub notes: Vec<String>,
     /// How the clock of its stamps was set while it was recorded.
-    pub clock_jump: Option<String>,
+    pub clock_set: Option<ClockSet>,
     /// What else is odd about its stamps.
     pub time_notes: Vec<String>,
 }
 
 impl Log {
     /// What a person should know of it, the weightiest first.
-    pub fn told(&self) -> impl Iterator<Item = &String> {
-        let of_time = self.clock_jump.iter().chain(&self.time_notes);
-        of_time.chain(&self.notes)
+    pub fn told(&self) -> Vec<String> {
+        let of_clock = self.clock_set.iter().map(ClockSet::text);
+        let others = self.time_notes.iter().chain(&self.notes);
+        of_clock.chain(others.cloned()).collect()
     }
 }

@@ -76,7 +76,7 @@ impl<'a> Replay<'a> {
             end_ns: readings.last().map_or(0, |r| r.stamp_ns),
             complete: log.losses.is_empty(),
             lost: log.losses.clone(),
-            notes: log.told().cloned().collect(),
+            notes: log.told(),
         };
         let mut replay = Self {
             log,

@@ -14,6 +14,7 @@ use crate::replay::Outcome;
 use crate::scatter::VarianceFrom;
 use crate::tmam::feature::{Action, Kind, MapFeature, Status};
 use crate::tmam::map::duplicates;
+use crate::wording::counted as plural;
 
 /// The viewer that reads the recordings.
 pub const VIEWER_VERSION: &str = "0.36.3";
@@ -167,10 +168,10 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
         "features",
         extractions.len(),
         &format!(
-            "{}, {} from {} readings{}",
+            "{}, {} from {}{}",
             plural(of_kind(Kind::Line), "line"),
             plural(of_kind(Kind::Point), "point"),
-            outcome.associated_readings,
+            plural(outcome.associated_readings, "reading"),
             if actions.is_empty() {
                 String::new()
             } else {
@@ -186,6 +187,7 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
     let lines = lines.count();
     let more = match tentative.len() {
         0 => String::new(),
+        1 => "; 1 more is tentative: too little speaks for it".to_owned(),
         n => format!("; {n} more are tentative: too little speaks for them"),
     };
     let twice = match setting.config.rule {
@@ -194,6 +196,7 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
     };
     let duplicates = match twice {
         0 => String::new(),
+        1 => "; 1 of them looks like another one (the paper's gates leave duplicates)".to_owned(),
         n => format!("; {n} of them look like another one (the paper's gates leave duplicates)"),
     };
     row(
@@ -221,13 +224,4 @@ fn counted(counts: &BTreeMap<&'static str, u64>) -> String {
         .map(|(what, n)| format!("{n} {what}"))
         .collect();
     counts.join(", ")
-}
-
-/// `1 line`, `2 lines`, `2 echoes`.
-fn plural(count: u64, thing: &str) -> String {
-    match (count, thing) {
-        (1, _) => format!("1 {thing}"),
-        (n, "echo") => format!("{n} echoes"),
-        (n, _) => format!("{n} {thing}s"),
-    }
 }

@@ -201,24 +201,128 @@ fn a_lidar_is_no_sonar_ring_unless_it_is_asked_for() {
 }
 
 #[test]
-fn a_channel_that_is_not_read_is_left_out_with_the_reason() {
-    let mut messages = drive(ring);
-    let idl: Kind = ("cdr", "sensor_msgs/msg/Range", "ros2idl", b"module m {};");
+fn a_sonar_that_is_not_read_is_a_loss_and_a_camera_is_none() {
+    let idl = |name: &'static str| -> Kind { ("cdr", name, "ros2idl", b"module m {};") };
     let xcdr2: Kind = ("cdr", "sensor_msgs/msg/Range", "", b"");
-    messages.push(("/idl", idl, 5, vec![0, 1, 0, 0]));
-    messages.push(("/xcdr2", xcdr2, 5, vec![0, 7, 0, 0]));
     let bench = Bench::new();
-    let path = bench.put("log.mcap", log(&messages));
-    let run = bench.tmam(&path, "replay {} --trace t");
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    let with = |others: &[(&'static str, Kind, Vec<u8>)]| {
+        let mut messages = drive(ring);
+        messages
+            .extend((others.iter()).map(|(topic, kind, data)| (*topic, *kind, 5, data.clone())));
+        bench.put("log.mcap", log(&messages))
+    };
+    let path = with(&[
+        ("/idl", idl("sensor_msgs/msg/Range"), vec![0, 1, 0, 0]),
+        ("/xcdr2", xcdr2, vec![0, 7, 0, 0]),
+    ]);
+    let run = bench.tmam(&path, "replay {} --features f");
+    assert_eq!(run.code, 3, "{}", run.stderr);
     for said in [
-        "/idl is left out",
-        "IDL",
-        "/xcdr2 is left out",
+        "/idl, 1 message: left out, since its type is defined in IDL",
+        "/xcdr2, 1 message: left out",
         "not plain CDR",
     ] {
         assert!(run.stderr.contains(said), "no {said}: {}", run.stderr);
     }
+    let source = &bench.json("f")["source"];
+    assert_eq!(
+        (
+            &source["complete"],
+            source["lost"].as_array().unwrap().len()
+        ),
+        (&json!(false), 2)
+    );
+    assert_eq!(bench.tmam(&path, "replay {} --strict").code, 2);
+    let info = bench.tmam(&path, "info {}");
+    assert_eq!(info.code, 3, "{}", info.stdout);
+    assert!(info.stdout.contains("INCOMPLETE"), "{}", info.stdout);
+    assert!(
+        !info.stdout.contains("the log is not whole"),
+        "{}",
+        info.stdout
+    );
+    // Whoever leaves them out loses nothing.
+    assert_eq!(
+        bench
+            .tmam(&path, "replay {} --range-topic /ranges --features f")
+            .code,
+        0
+    );
+
+    let path = with(&[
+        ("/camera", idl("sensor_msgs/msg/Image"), vec![0, 1, 0, 0]),
+        ("/laser", idl("sensor_msgs/msg/LaserScan"), vec![0, 1, 0, 0]),
+    ]);
+    let run = bench.tmam(&path, "replay {} --features f");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stderr.contains("/laser is left out: its type"),
+        "{}",
+        run.stderr
+    );
+    assert!(!run.stderr.contains("/camera"), "{}", run.stderr);
+    assert_eq!(bench.tmam(&path, "info {}").code, 0);
+    // Asked for, it is missing.
+    let run = bench.tmam(
+        &path,
+        "replay {} --range-topic /{ranges,laser} --features f",
+    );
+    assert_eq!(run.code, 3, "{}", run.stderr);
+}
+
+#[test]
+fn a_type_that_the_file_does_not_say_is_named_in_the_configuration() {
+    let bench = Bench::new();
+    let file = std::fs::read(sample("room_step.mcap")).unwrap();
+    let messages: Vec<_> = mcap::MessageStream::new(&file)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
+    let bare: Vec<_> = (messages.iter())
+        .filter(|m| m.channel.message_encoding == "cdr")
+        .map(|m| {
+            let name = match m.channel.schema.as_ref().unwrap().name.as_str() {
+                "nav_msgs/msg/Odometry" => "nav_msgs/msg/Odometry",
+                "tf2_msgs/msg/TFMessage" => "tf2_msgs/msg/TFMessage",
+                _ => "",
+            };
+            let topic = m.channel.topic.as_str();
+            (
+                topic,
+                ("cdr", name, "", &b""[..]) as Kind,
+                m.log_time as i64,
+                m.data.to_vec(),
+            )
+        })
+        .collect();
+    let path = bench.put("bare.mcap", log(&bare));
+    let said = "[channel.\"/topic\"] type = \"sensor_msgs/msg/Range\"";
+    let run = bench.tmam(&path, "replay {} --features f");
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains(said), "{}", run.stderr);
+    assert_eq!(run.stderr.matches(said).count(), 1, "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("/sonar/sonar_01 (no type, cdr, 150 messages: likewise)"),
+        "{}",
+        run.stderr
+    );
+    let types: String = (0..16)
+        .map(|k| format!("[channel.\"/sonar/sonar_{k:02}\"]\ntype = \"sensor_msgs/msg/Range\"\n"))
+        .collect();
+    bench.put("tmam.toml", &types);
+    let run = bench.tmam(&path, "replay {} --config tmam.toml --features f");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(bench.json("f")["counts"]["readings"], 2400);
+    bench.put("tmam.toml", types.replace("msg/Range", "msg/Rang"));
+    let run = bench.tmam(&path, "replay {} --config tmam.toml --features f");
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr
+            .contains("`sensor_msgs/msg/Rang`, which the configuration says"),
+        "{}",
+        run.stderr
+    );
 }
 
 #[test]

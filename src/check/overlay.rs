@@ -10,6 +10,7 @@ use crate::golden::{
     describe,
 };
 use crate::recording::{Overlay, Sketched};
+use crate::wording::counted;
 
 /// More differences than this are counted, not listed.
 const MOST_NOTES: usize = 500;
@@ -144,14 +145,14 @@ fn windows(comparison: &Comparison, around: u32) -> Vec<[u32; 2]> {
 fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>, narrowed: bool) -> String {
     let mut text = format!(
         "## Differences from the golden file\n\n\
-         **{} difference(s)**, listed as *DIFFERS* in the events; the recording opens at the first. \
+         **{}**, listed as *DIFFERS* in the events; the recording opens at the first. \
          The golden file was blessed with tmam {}.\n\n\
          | colour | what |\n|---|---|\n\
          | dark teal | the map of the golden file |\n\
          | bright teal | of that map, what moved or is missing, as it was |\n\
          | magenta | what moved or is new, as it is; arcs whose label changed, in their frame |\n\n\
          The time cursor is held at the first difference by a loop over that frame: drag it, or turn the loop off to play.\n\n",
-        comparison.differences.len(),
+        counted(comparison.differences.len() as u64, "difference"),
         golden.tool.version,
     );
     // Writing to a string cannot fail.

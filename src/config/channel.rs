@@ -7,6 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ChannelFields {
+    /// Type of the messages, as `sensor_msgs/msg/Range`, where the log does not say it. Without a path
+    /// they are read as that type.
+    #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
+    pub type_name: Option<String>,
     /// Path of the range, or of an array of them: the channel carries ranges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
@@ -98,6 +102,19 @@ impl ChannelFields {
         self.range.is_none()
     }
 
+    /// Whether it says what type the messages are of and not which fields to read.
+    pub fn is_type_alone(&self) -> bool {
+        let paths = [
+            &self.range,
+            &self.x,
+            &self.y,
+            &self.yaw,
+            &self.position,
+            &self.orientation,
+        ];
+        self.type_name.is_some() && paths.iter().all(|path| path.is_none())
+    }
+
     /// What is contradictory or lacks.
     pub fn problem(&self) -> Option<&'static str> {
         let has_position = self.position.is_some() || (self.x.is_some() && self.y.is_some());
@@ -108,9 +125,10 @@ impl ChannelFields {
                 Some("has a range and a pose; a channel carries one or the other")
             }
             Some(_) => None,
+            None if self.is_type_alone() => None,
             None if !has_part && !has_heading => Some(
                 "says neither where the range is (range) nor where a pose is (x, y and yaw, or position \
-                 and orientation)",
+                 and orientation), nor what type its messages are of (type)",
             ),
             None if !has_position => Some("has a pose without x and y, or position"),
             None if !has_heading => Some("has a pose without yaw or orientation"),

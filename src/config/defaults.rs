@@ -88,6 +88,7 @@ impl Default for Input {
             start: None,
             end: None,
             robot_frame: None,
+            world_frame: None,
             drop_repeats: false,
             trust_unchecked: false,
             max_readings: 2_000_000,

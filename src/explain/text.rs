@@ -62,11 +62,6 @@ fn place([x, y]: [f64; 2]) -> String {
     format!("({x:.3}, {y:.3})")
 }
 
-/// `1 arc`, `2 arcs`.
-fn count(n: usize, thing: &str) -> String {
-    format!("{n} {thing}{}", if n == 1 { "" } else { "s" })
-}
-
 fn head(setting: &Setting<'_>, told: &Explanation) -> String {
     let arc = &told.arc;
     let what = match (told.label, told.reason) {

@@ -10,6 +10,7 @@ use super::results::Results;
 use super::text::describe;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::output::{Output, OutputError};
+use crate::wording::counted;
 
 /// The environment variable that, set to 1, makes [`hold`] write the golden file.
 pub const UPDATE: &str = "UPDATE_GOLDEN";
@@ -28,8 +29,8 @@ pub enum Outcome {
 pub enum HoldError {
     /// They are not what the golden file says.
     #[error(
-        "{} difference(s) from {}:\n  {}\nIf this is as it should be, run again with {UPDATE}=1 and review what changed.",
-        differences.len(), path.display(), differences.join("\n  ")
+        "{} from {}:\n  {}\nIf this is as it should be, run again with {UPDATE}=1 and review what changed.",
+        counted(differences.len() as u64, "difference"), path.display(), differences.join("\n  ")
     )]
     Differs {
         /// The golden file.

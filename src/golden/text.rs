@@ -8,6 +8,7 @@ use super::difference::{
 use super::results::{Feature, Geometry, Labels, Margin, Mark};
 use crate::geometry::{Vec2, unit};
 use crate::legible::inert_line;
+use crate::wording::counted;
 
 /// A difference in one line: what it was, what it is, by how much, and where to look; `recording` is
 /// where it can be looked at. Names in it may come from a log, and are made legible.
@@ -111,7 +112,7 @@ fn place(feature: &Feature) -> String {
     };
     match feature.readings {
         0 => place,
-        n => format!("{place}, {n} readings"),
+        n => format!("{place}, {}", counted(n.into(), "reading")),
     }
 }
 
@@ -173,11 +174,7 @@ fn decimals(x: f64) -> String {
 
 fn run_text(run: &LabelRun) -> String {
     let n = run.arcs.len();
-    let arcs = if n == 1 {
-        "1 arc".to_owned()
-    } else {
-        format!("{n} arcs")
-    };
+    let arcs = counted(n as u64, "arc");
     let sensor = &run.sensor;
     match run.change {
         LabelChange::Flipped {

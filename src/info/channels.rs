@@ -27,6 +27,9 @@ pub struct ChannelFacts {
     pub undecoded: u64,
     /// Why it, or the first message that could not be decoded, is not used.
     pub problem: Option<String>,
+    /// Whether what it says is missing where it is not used.
+    #[serde(skip)]
+    pub wanted: bool,
     /// When its first message was recorded, nanoseconds.
     pub first_ns: i64,
     /// When its last message was recorded, nanoseconds.
@@ -67,6 +70,7 @@ pub fn channels(reports: &[ChannelReport], clocks: &[ChannelClock]) -> Vec<Chann
             messages: report.messages,
             undecoded: report.undecoded,
             problem: report.problem.clone(),
+            wanted: report.wanted,
             first_ns: clock.first_logged_ns,
             last_ns: clock.last_logged_ns,
             rate: clock.rate(),

@@ -83,7 +83,7 @@ pub fn write(out: &mut dyn Write, info: &Info) -> io::Result<()> {
             messages: info.messages,
             start_ns: info.start_ns,
             end_ns: info.end_ns,
-            complete: info.losses.is_empty() && info.verdict != Verdict::InPart,
+            complete: info.is_complete(),
             lost: &info.losses,
         },
         replay: Replay {

@@ -6,6 +6,7 @@ use super::statistics::{median, quantile, rate, seconds};
 use crate::config::Config;
 use crate::event::{Events, OdometrySample};
 use crate::geometry::angle_between;
+use crate::log::leaps::neighbours;
 use crate::odometry::Track;
 use crate::rounding::{number, optional};
 
@@ -64,20 +65,26 @@ pub struct Leap {
     pub distance: f64,
 }
 
-/// The facts of the odometry on a topic; `None` where there is none.
-pub fn odometry(topic: Option<&str>, events: &Events, config: &Config) -> Option<OdometryFacts> {
+/// The facts of the odometry on a topic; `None` where there is none. At the times that its stamps were
+/// in `twice`, ways and turns are not known.
+pub fn odometry(
+    topic: Option<&str>,
+    events: &Events,
+    twice: &[(i64, i64)],
+    config: &Config,
+) -> Option<OdometryFacts> {
     let samples = events.odometry.as_slice();
     let (first, last) = (samples.first()?, samples.last()?);
     let leaps: Vec<Leap> = samples.array_windows().map(|[a, b]| leap(a, b)).collect();
     let mut intervals: Vec<f64> = leaps.iter().map(|leap| leap.seconds).collect();
     intervals.sort_by(f64::total_cmp);
+    let ways: Vec<Leap> = neighbours(samples, twice)
+        .map(|[a, b]| leap(a, b))
+        .collect();
     // Of equal ones the first.
-    let largest = |of: fn(&Leap) -> f64| {
-        leaps
-            .iter()
-            .rev()
-            .max_by(|a, b| of(a).total_cmp(&of(b)))
-            .copied()
+    let largest = |leaps: &[Leap], of: fn(&Leap) -> f64| {
+        let found = leaps.iter().rev().max_by(|a, b| of(a).total_cmp(&of(b)));
+        found.copied()
     };
     let gap = |leap: &&Leap| leap.seconds > config.frames.max_odometry_gap;
     let turn = |[a, b]: &[OdometrySample; 2]| {
@@ -97,10 +104,10 @@ pub fn odometry(topic: Option<&str>, events: &Events, config: &Config) -> Option
         median_interval: median(&intervals),
         usual_interval: quantile(&intervals, 0.95),
         gaps: leaps.iter().filter(gap).count() as u64,
-        longest_gap: largest(|leap| leap.seconds),
-        largest_jump: largest(|leap| leap.distance),
-        distance: leaps.iter().map(|leap| leap.distance).sum(),
-        turning: samples.array_windows().map(turn).sum(),
+        longest_gap: largest(&leaps, |leap| leap.seconds),
+        largest_jump: largest(&ways, |leap| leap.distance),
+        distance: ways.iter().map(|leap| leap.distance).sum(),
+        turning: neighbours(samples, twice).map(turn).sum(),
         readings: events.readings.len() as u64,
         readings_with_pose: count(&|instant| track.world_from_robot(instant).is_ok()),
         readings_before: count(&|instant| instant < first.stamp_ns),
@@ -148,7 +155,7 @@ mod tests {
                 sample(2.25, 3.5, -3.0),
             ],
         };
-        let facts = odometry(Some("/odom"), &events, &Config::default()).unwrap();
+        let facts = odometry(Some("/odom"), &events, &[], &Config::default()).unwrap();
         assert_eq!(facts.gaps, 1);
         assert_eq!(facts.longest_gap.unwrap().stamp_ns, 250_000_000);
         assert_eq!(facts.largest_jump.unwrap().distance, 3.0);
@@ -158,6 +165,9 @@ mod tests {
         assert_eq!((facts.readings, facts.readings_with_pose), (5, 2));
         assert_eq!((facts.readings_before, facts.readings_after), (1, 1));
         assert_eq!(facts.median_interval, Some(0.25));
-        assert_eq!(odometry(None, &Events::default(), &Config::default()), None);
+        assert_eq!(
+            odometry(None, &Events::default(), &[], &Config::default()),
+            None
+        );
     }
 }

@@ -11,11 +11,15 @@ use super::sonars::{MountFacts, SonarFacts};
 use super::statistics::{fraction, median, seconds};
 use crate::legible::{one_line, shortened};
 use crate::rounding::fixed;
+use crate::wording::counted;
 
 /// Widest line, columns.
 const WIDTH: u16 = 100;
 /// Longest name in a table, characters: wrapping costs more than its length.
 pub const LONGEST_NAME: usize = 100;
+
+/// Widest name beside all that is told of echoes, characters.
+const ECHOES_NAME: usize = 20;
 
 /// A table with a head; the first `left` columns are text, the others numbers.
 pub fn table(head: &[&str], left: usize) -> Table {
@@ -38,6 +42,33 @@ pub fn table(head: &[&str], left: usize) -> Table {
 /// A name from a log as a cell shows it.
 fn name(name: &str) -> String {
     shortened(&one_line(name), LONGEST_NAME, LONGEST_NAME)
+}
+
+/// Names that are too long for a column without what all of them begin with, if that is enough; else as
+/// they are, which the column wraps. Another table has them whole.
+fn fitting(names: Vec<String>, room: usize) -> Vec<String> {
+    let length = |name: &str| name.chars().count();
+    if names.len() < 2 || names.iter().all(|name| length(name) <= room) {
+        return names;
+    }
+    let first: Vec<char> = names
+        .first()
+        .map(|n| n.chars().collect())
+        .unwrap_or_default();
+    let common = names.iter().fold(first.len(), |common, name| {
+        let same = name.chars().zip(&first).take_while(|(a, b)| a == *b);
+        common.min(same.count())
+    });
+    let longest = names.iter().map(|name| length(name)).max().unwrap_or(0);
+    // As much as has to go, and no more.
+    let cut = (longest + 3).saturating_sub(room);
+    if cut > common {
+        return names;
+    }
+    let shown = names
+        .iter()
+        .map(|name| name.chars().skip(cut).collect::<String>());
+    shown.map(|rest| format!("...{rest}")).collect()
 }
 
 /// A table as text, without blanks at the ends of lines.
@@ -127,20 +158,21 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
     let mut table = table(
         &[
             "sonar",
-            "echo %",
-            "none %",
-            "invalid %",
-            "shortest m",
-            "median",
-            "longest",
-            "step mm",
-            "noise mm",
-            "repeats %",
-            "apart m",
+            "echo\n%",
+            "none\n%",
+            "invalid\n%",
+            "shortest\nm",
+            "median\nm",
+            "longest\nm",
+            "step\nmm",
+            "noise\nmm",
+            "repeats\n%",
+            "apart\nm",
         ],
         1,
     );
-    for sonar in sonars {
+    let names: Vec<String> = sonars.iter().map(|sonar| name(&sonar.name)).collect();
+    for (sonar, name) in sonars.iter().zip(fitting(names, ECHOES_NAME)) {
         let share = |count| format!("{:.0}", 100.0 * fraction(count, sonar.readings));
         let step = match sonar.resolution {
             Some(resolution) if resolution.quantised => fixed(resolution.step * 1e3, 1),
@@ -148,7 +180,7 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
             None => "-".to_owned(),
         };
         table.add_row([
-            name(&sonar.name),
+            name,
             share(sonar.echoes),
             share(sonar.no_echoes),
             share(sonar.invalid),
@@ -179,9 +211,9 @@ pub fn echoes(sonars: &[SonarFacts]) -> String {
 /// The odometry in a few lines.
 pub fn motion(info: &Info, odometry: &OdometryFacts) -> String {
     let mut text = format!(
-        "  {}: {} samples, {} Hz, {:.1} m driven, {:.0} deg turned\n",
+        "  {}: {}, {} Hz, {:.1} m driven, {:.0} deg turned\n",
         name(&odometry.topic),
-        odometry.samples,
+        counted(odometry.samples, "sample"),
         optional(odometry.rate, 1),
         odometry.distance,
         odometry.turning.to_degrees(),
@@ -199,8 +231,9 @@ pub fn motion(info: &Info, odometry: &OdometryFacts) -> String {
     if odometry.readings > 0 {
         let _ = writeln!(
             text,
-            "  {} of {} readings have a pose",
-            odometry.readings_with_pose, odometry.readings
+            "  {} of {} with a pose",
+            odometry.readings_with_pose,
+            counted(odometry.readings, "reading")
         );
     }
     text
@@ -259,6 +292,24 @@ fn optional(x: Option<f64>, decimals: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_names_lose_what_they_share() {
+        let names = |tails: &[&str]| -> Vec<String> {
+            tails
+                .iter()
+                .map(|t| format!("robot/ultrasonic_ring{t}"))
+                .collect()
+        };
+        let short = fitting(names(&["[0]", "[10]"]), 12);
+        assert_eq!(
+            short,
+            ["...c_ring[0]", "...c_ring[10]"].map(|s| s.replacen("c_", "_", 1))
+        );
+        assert_eq!(fitting(names(&["[0]"]), 12), names(&["[0]"]));
+        let different = vec!["a".repeat(20), "b".repeat(20)];
+        assert_eq!(fitting(different.clone(), 12), different);
+    }
 
     #[test]
     fn long_cells_are_wrapped_within_the_width() {

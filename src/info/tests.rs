@@ -54,7 +54,7 @@ fn info(events: Events) -> Info {
             channels: Vec::new(),
             losses: Vec::new(),
             notes: Vec::new(),
-            clock_jump: None,
+            clock_set: None,
             time_notes: Vec::new(),
         },
         config: Config::default(),
@@ -196,7 +196,7 @@ fn text_of_a_log_without_anything_is_short() {
     assert_eq!(nothing.verdict, Verdict::No);
     let text = text::text(&nothing);
     assert!(
-        text.starts_with("made_up.mcap: 0.0 s, 1 messages used, 0 sonars\ncannot"),
+        text.starts_with("made_up.mcap: 0.0 s, 1 message used, 0 sonars\ncannot"),
         "{text}"
     );
 }

@@ -9,6 +9,7 @@ use super::statistics::seconds;
 use super::tables::{LONGEST_NAME, channels, clocks, echoes, motion, render, sonars, table};
 use super::{Info, Verdict};
 use crate::legible::{legible, one_line, shortened};
+use crate::wording::counted;
 
 /// Longest part of a finding, characters.
 const LONGEST_PART: usize = 2000;
@@ -51,12 +52,12 @@ fn section(text: &mut String, title: &str, body: &str) {
 
 fn head(info: &Info) -> String {
     let mut text = format!(
-        "{}: {:.1} s, {} messages used, {}{}\n",
+        "{}: {:.1} s, {} used, {}{}\n",
         info.file,
         seconds(info.start_ns, info.end_ns),
-        info.messages,
+        counted(info.messages, "message"),
         counted(info.sonars.len() as u64, "sonar"),
-        if info.losses.is_empty() {
+        if info.is_complete() {
             ""
         } else {
             ", INCOMPLETE"
@@ -86,12 +87,6 @@ fn head(info: &Info) -> String {
     }
     text.push('\n');
     text
-}
-
-/// `1 frame`, `2 frames`.
-fn counted(count: u64, thing: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {thing}{plural}")
 }
 
 fn findings(findings: &[Finding]) -> String {

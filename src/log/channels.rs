@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::budget::Budget;
 use super::container::{Channel, RawMessage};
 use super::custom;
-use super::decoder::{DecodeError, Decoder};
+use super::decoder::{self, DecodeError, Decoder};
 use super::messages::{self, Content, MOST_SONARS, Read, Role};
 use crate::config::Config;
 use crate::config::channel::ChannelFields;
@@ -39,6 +39,8 @@ pub struct ChannelReport {
     pub undecoded: u64,
     /// Why it, or the first message that could not be decoded, is not used.
     pub problem: Option<String>,
+    /// Whether it is a sonar's by its type, or asked for: what it says is missing where it is not used.
+    pub wanted: bool,
 }
 
 /// The channels of a log, with a reader for each that is used.
@@ -155,9 +157,12 @@ impl Channels {
     }
 
     fn find(&mut self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
-        let known = match self.described.get(&channel.topic) {
+        let described = self.described.get(&channel.topic);
+        let type_name = described.and_then(|fields| fields.type_name.as_deref());
+        let type_name = type_name.unwrap_or(&channel.schema.name);
+        let known = match described.filter(|fields| !fields.is_type_alone()) {
             Some(fields) => Some((custom::role(fields), Way::Paths(Box::new(fields.clone())))),
-            None => messages::known(&channel.schema.name, &channel.topic)
+            None => messages::known(type_name, &channel.topic)
                 .map(|(role, read)| (role, Way::Type(read))),
         };
         let role = known.as_ref().map(|(role, _)| *role);
@@ -170,15 +175,25 @@ impl Channels {
         let passed_over = topics.is_some_and(|topics| !topics.is_empty()) && !asked_for;
         let mut report = ChannelReport {
             topic: channel.topic.clone(),
-            type_name: channel.schema.name.clone(),
+            type_name: type_name.to_owned(),
             encoding: channel.encoding.clone(),
             role,
             used: role.is_some() && !passed_over,
             messages: 0,
             undecoded: 0,
             problem: None,
+            wanted: !passed_over
+                && (asked_for || described.is_some() || messages::is_one_sonar(type_name)),
         };
         let Some((role, way)) = known.filter(|_| report.used) else {
+            if role.is_none() && type_name.is_empty() && channel.encoding == "cdr" {
+                report.problem = Some(decoder::undefined(type_name));
+            } else if role.is_none() && described.is_some() {
+                report.problem = Some(format!(
+                    "`{type_name}`, which the configuration says it is, is no type that is read: give the \
+                     fields of its messages instead"
+                ));
+            }
             return (report, None);
         };
         if self.readers == MOST_READERS {
@@ -189,12 +204,12 @@ impl Channels {
             return (report, None);
         }
         self.readers += 1;
-        match Decoder::of(channel) {
+        match Decoder::of(channel, type_name) {
             Ok(decoder) => {
                 let reader = Reader {
                     role,
                     decoder,
-                    asked_for: asked_for || matches!(way, Way::Paths(_)),
+                    asked_for: asked_for || described.is_some(),
                     way,
                 };
                 (report, Some(reader))

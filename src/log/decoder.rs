@@ -28,23 +28,19 @@ pub enum DecodeError {
 }
 
 impl Decoder {
-    /// The decoder that fits a channel's encoding and schema.
+    /// The decoder that fits a channel's encoding and schema; `type_name` is the type that its messages
+    /// are of where no schema defines it.
     ///
     /// # Errors
     /// What the encoding is and what would work, for a person.
-    pub fn of(channel: &Channel) -> Result<Self, String> {
+    pub fn of(channel: &Channel, type_name: &str) -> Result<Self, String> {
         let schema = &channel.schema;
         let is_blank = schema.data.trim_ascii().is_empty();
         match (channel.encoding.as_str(), schema.encoding.as_str()) {
             ("cdr", "" | "ros2msg") if is_blank => {
-                let definition = standard::definition(&schema.name).ok_or_else(|| {
-                    format!(
-                        "the file has no definition of `{}`, and it is no standard type; record with the \
-                         definitions of its messages (`ros2msg`)",
-                        schema.name
-                    )
-                })?;
-                ros2::Decoder::new(&schema.name, definition.as_bytes())
+                let definition =
+                    standard::definition(type_name).ok_or_else(|| undefined(type_name))?;
+                ros2::Decoder::new(type_name, definition.as_bytes())
                     .map(Self::Ros2)
                     .map_err(|error| error.to_string())
             }
@@ -81,6 +77,21 @@ impl Decoder {
     }
 }
 
+/// What to do about a type that the file does not define.
+pub fn undefined(type_name: &str) -> String {
+    let what = if type_name.is_empty() {
+        "the file does not say of what type the messages are. Record with".to_owned()
+    } else {
+        format!(
+            "the file has no definition of `{type_name}`, and it is no standard type. Record with"
+        )
+    };
+    format!(
+        "{what} definitions (`ros2msg`), or name the standard type that it is in the configuration: \
+         [channel.\"/topic\"] type = \"sensor_msgs/msg/Range\""
+    )
+}
+
 /// What an encoding is that is not read, and what would work.
 fn refusal(encoding: &str, schema: &str) -> String {
     match (encoding, schema) {
@@ -111,7 +122,7 @@ mod tests {
     use std::rc::Rc;
 
     fn decoder(encoding: &str, schema: &str, name: &str, data: &[u8]) -> Result<Decoder, String> {
-        Decoder::of(&Channel {
+        let channel = Channel {
             id: 1,
             topic: "/t".into(),
             encoding: encoding.into(),
@@ -120,7 +131,8 @@ mod tests {
                 encoding: schema.into(),
                 data: data.into(),
             }),
-        })
+        };
+        Decoder::of(&channel, name)
     }
 
     #[test]
@@ -141,7 +153,7 @@ mod tests {
         for (encoding, schema, name, says) in [
             ("cdr", "ros2idl", "sensor_msgs/msg/Range", "`ros2msg`"),
             ("cdr", "", "my_msgs/msg/Echo", "no standard type"),
-            ("cdr", "", "", "no definition"),
+            ("cdr", "", "", "[channel.\"/topic\"] type"),
             ("flatbuffer", "flatbuffer", "foxglove.LaserScan", "protobuf"),
             ("ros1", "", "sensor_msgs/Range", "`ros1msg`"),
             ("cbor", "", "sensor_msgs/Range", "not known"),

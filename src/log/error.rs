@@ -1,15 +1,18 @@
 //! Why a log cannot be replayed, and what to do then.
 
+mod context;
+mod lists;
 mod missing;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+pub use lists::itemised;
 pub use missing::{MissingMount, UnplacedRing};
 
-use super::container::{Loss, OpenError};
 use super::messages::MOST_SONARS;
 use crate::config::file::ConfigError;
 use crate::legible::one_line;
+use lists::{because, carried, lines, moves};
 
 /// Why a log cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -89,9 +92,10 @@ pub enum LogError {
         "{file} has no odometry{}. {}\nIt is read from nav_msgs/Odometry, foxglove.Odometry, messages that hold \
          one pose, and transforms on /tf that move the robot's frame. Messages of other types are described \
          by field paths in the configuration:\n\n    [channel.\"/topic\"]\n    x = \"x\"\n    y = \"y\"\n    \
-         yaw = \"theta\"  # of its fields those that hold the pose",
+         yaw = \"theta\"  # of its fields those that hold the pose{}",
         because(.asked),
-        lines("The log holds", .found)
+        lines("The log holds", .found),
+        carried(.passed_over)
     )]
     NoOdometry {
         /// The log.
@@ -100,6 +104,8 @@ pub enum LogError {
         asked: Vec<String>,
         /// The log's channels.
         found: Vec<String>,
+        /// Transforms that move and were passed over: parents and children.
+        passed_over: Vec<(String, String)>,
     },
     /// Several odometry topics.
     #[error("{file} has more than one odometry topic: {}. Choose one with --odom-topic", one_line(&topics.join(", ")))]
@@ -113,7 +119,7 @@ pub enum LogError {
     #[error(
         "{file} has no odometry messages, and which of the transforms that move is the robot's cannot be \
          told:{}\nSay which frame is the robot's in the configuration:\n\n    [input]\n    robot_frame = \"{}\"",
-        itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>()),
+        moves(.moving),
         one_line(moving.first().map_or("base_link", |(_, child)| child))
     )]
     UnclearTransforms {
@@ -122,17 +128,23 @@ pub enum LogError {
         /// Parents and children.
         moving: Vec<(String, String)>,
     },
-    /// No odometry but transforms, and none of them moves the frame asked for.
+    /// Nothing moves in or to the frame asked for.
     #[error(
-        "{file} has no odometry messages, and no transform moves `{frame}`, which input.robot_frame names. \
-         Those that move:{}",
-        itemised(&moving.iter().map(|(parent, child)| format!("`{child}` in `{parent}`")).collect::<Vec<_>>())
+        "{file} does not say how {}, which {key} names, but how these move:{}",
+        if *key == "input.robot_frame" {
+            format!("`{frame}` moves")
+        } else {
+            format!("the robot moves in `{frame}`")
+        },
+        moves(.moving)
     )]
     NoSuchFrame {
         /// The log.
         file: String,
         /// The frame asked for.
         frame: String,
+        /// What asks for it.
+        key: &'static str,
         /// Parents and children.
         moving: Vec<(String, String)>,
     },
@@ -200,131 +212,4 @@ pub enum LogError {
         /// What could not be read.
         losses: Vec<String>,
     },
-}
-
-/// A line for every item, as far as anyone reads them.
-pub fn itemised(items: &[String]) -> String {
-    const SHOWN: usize = 10;
-    let mut text: String = items
-        .iter()
-        .take(SHOWN)
-        .map(|item| format!("\n  - {}", one_line(item)))
-        .collect();
-    if let more @ 1.. = items.len().saturating_sub(SHOWN) {
-        text.push_str(&format!(
-            "\n  - and {more} more; `tmam info --json` lists all of them"
-        ));
-    }
-    text
-}
-
-impl LogError {
-    /// The same, in one line.
-    pub(super) fn in_short(&self) -> String {
-        match self {
-            Self::NoMount(missing) => {
-                let name = &missing.sonar;
-                let why = &missing.why;
-                format!("it has no mounting pose, {why}. Record /tf_static, or give x, y and yaw under [sonar.\"{name}\"]")
-            }
-            Self::NoBeamWidth { sonar, .. } => format!(
-                "it has no beam width, its field_of_view is no angle above 0. Set beam_width under [sonar.\"{sonar}\"]"
-            ),
-            Self::NoRobotFrame { .. } => {
-                "its mount is not in the configuration, and the odometry does not name the frame that it moves. \
-                 Set input.robot_frame".to_owned()
-            }
-            other => other.to_string(),
-        }
-    }
-
-    /// Whether the log may be well, and only the configuration does not say enough of it.
-    pub fn wants_configuration(&self) -> bool {
-        match self {
-            Self::Io { .. }
-            | Self::NotMcap { .. }
-            | Self::NoFile { .. }
-            | Self::Unreadable { .. }
-            | Self::Damaged { .. } => false,
-            // Of a log without channels nothing can be configured.
-            Self::NoRanges { found, .. } | Self::NoOdometry { found, .. } => !found.is_empty(),
-            Self::Noted { source, .. } => source.wants_configuration(),
-            _ => true,
-        }
-    }
-
-    /// The same, and what else a person should know.
-    pub(super) fn noting(self, notes: Vec<String>) -> Self {
-        if notes.is_empty() {
-            return self;
-        }
-        Self::Noted {
-            source: Box::new(self),
-            notes,
-        }
-    }
-
-    /// What is missing may be what was lost.
-    pub(super) fn after(self, losses: &[Loss]) -> Self {
-        if losses.is_empty() {
-            return self;
-        }
-        let losses = losses.iter().map(ToString::to_string).collect();
-        match self {
-            Self::NoRanges { file, found, .. } if found.is_empty() => {
-                Self::Unreadable { file, losses }
-            }
-            error => Self::Damaged {
-                source: Box::new(error),
-                losses,
-            },
-        }
-    }
-
-    pub(super) fn open(path: &Path, error: OpenError) -> Self {
-        let path = path.to_owned();
-        match error {
-            OpenError::Io(source) => Self::Io { path, source },
-            OpenError::NotMcap => Self::NotMcap { path },
-            OpenError::NoFile => Self::NoFile { path },
-        }
-    }
-}
-
-fn because(asked: &[String]) -> String {
-    if asked.is_empty() {
-        String::new()
-    } else {
-        format!(" on the topics asked for ({})", asked.join(", "))
-    }
-}
-
-/// A line for each of some items, as far as anyone reads them.
-fn lines(head: &str, items: &[String]) -> String {
-    match items {
-        [] => format!("{head} nothing."),
-        _ => format!("{head}:{}", itemised(items)),
-    }
-}
-
-fn list(head: &str, items: &[String]) -> String {
-    const SHOWN: usize = 16;
-    let more = items.len().saturating_sub(SHOWN);
-    let tail = if more > 0 {
-        format!(" and {more} more")
-    } else {
-        String::new()
-    };
-    match items {
-        [] => format!("{head} nothing."),
-        _ => format!(
-            "{head} {}{tail}.",
-            items
-                .iter()
-                .take(SHOWN)
-                .cloned()
-                .collect::<Vec<_>>()
-                .join(", ")
-        ),
-    }
 }

@@ -99,7 +99,7 @@ fn message(encoding: &str, schema_encoding: &str, name: &str, input: &[u8]) {
             data: definition.to_vec(),
         }),
     };
-    if let Ok(decoder) = Decoder::of(&channel)
+    if let Ok(decoder) = Decoder::of(&channel, &channel.schema.name)
         && let Ok(value) = decoder.decode(message)
     {
         read_as_everything(&value);

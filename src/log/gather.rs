@@ -1,9 +1,11 @@
 //! Collects what the messages say and puts it together: sonars with names and mounts, readings and
 //! odometry in stamp order.
 
+mod by_transforms;
 mod finish;
 mod hits;
 mod moving;
+mod renamed;
 mod stand_in;
 mod track;
 

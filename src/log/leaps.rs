@@ -1,6 +1,7 @@
 //! Odometry that leaps: from one sample to the next farther than a robot drives.
 
 use crate::event::{OdometrySample, RangeReading};
+use crate::wording::{seconds_between, times};
 
 /// A robot with sonars does not drive faster, metres per second.
 const TOO_FAST: f64 = 3.0;
@@ -30,11 +31,31 @@ pub fn window<'a>(
     samples.get(from..to).unwrap_or_default()
 }
 
+/// Neighbours among samples in stamp order, but for those at times that the stamps were in twice: there
+/// they are of two parts of the drive.
+pub fn neighbours<'a>(
+    samples: &'a [OdometrySample],
+    twice: &'a [(i64, i64)],
+) -> impl Iterator<Item = &'a [OdometrySample; 2]> {
+    let is_mixed = move |stamp: i64| {
+        twice
+            .iter()
+            .any(|(from, to)| (*from..=*to).contains(&stamp))
+    };
+    samples
+        .array_windows()
+        .filter(move |[a, b]| !is_mixed(a.stamp_ns) && !is_mixed(b.stamp_ns))
+}
+
 /// What is told of samples in stamp order that leap; times count from the first reading.
-pub fn note(samples: &[OdometrySample], readings: &[RangeReading]) -> Option<String> {
+pub fn note(
+    samples: &[OdometrySample],
+    readings: &[RangeReading],
+    twice: &[(i64, i64)],
+) -> Option<String> {
     let mut count = 0_u64;
     let mut largest: Option<(f64, f64, i64)> = None;
-    for [a, b] in samples.array_windows() {
+    for [a, b] in neighbours(samples, twice) {
         let way = b.world_from_robot.position() - a.world_from_robot.position();
         let (distance, seconds) = (way.norm(), seconds(a.stamp_ns, b.stamp_ns));
         if is_leap(distance, seconds) {
@@ -46,16 +67,12 @@ pub fn note(samples: &[OdometrySample], readings: &[RangeReading]) -> Option<Str
     }
     let (distance, took, stamp_ns) = largest?;
     let start = readings.first().map_or(stamp_ns, |r| r.stamp_ns);
-    let at = seconds(start, stamp_ns);
+    let at = seconds_between(start, stamp_ns, 1);
     Some(format!(
         "the odometry jumps {} by more than {SHORT} m and {TOO_FAST} m/s, farthest by {distance:.2} m in {took:.3} s, \
-         at {at:.1} s: the map before and behind does not fit together. --end and --start replay the parts by \
+         at {at} s: the map before and behind does not fit together. --end and --start replay the parts by \
          themselves",
-        if count == 1 {
-            "once".to_owned()
-        } else {
-            format!("{count} times")
-        }
+        times(count)
     ))
 }
 
@@ -75,15 +92,19 @@ mod tests {
             world_from_robot: Pose2::new(x, 0.0, 0.0),
         };
         let drive: Vec<_> = (0..50).map(|k| sample(k, k as f64 * 0.2)).collect();
-        assert_eq!(note(&drive, &[]), None);
+        assert_eq!(note(&drive, &[], &[]), None);
         let leap: Vec<_> = (0..50)
             .map(|k| sample(k, k as f64 * 0.2 + if k > 30 { 5.0 } else { 0.0 }))
             .collect();
-        let text = note(&leap, &[]).unwrap();
+        let text = note(&leap, &[], &[]).unwrap();
         assert!(
             text.contains("jumps once") && text.contains("by 5.20 m in 0.100 s"),
             "{text}"
         );
+        // Where the clock was set back, samples of two times lie side by side.
+        let at = 30 * 100_000_000;
+        assert_eq!(note(&leap, &[], &[(at - 5, at + 5)]), None);
+        assert!(note(&leap, &[], &[(0, at - 5)]).is_some());
     }
 
     #[test]
@@ -105,7 +126,7 @@ mod tests {
         };
         let told = |start, end| {
             let readings = [reading];
-            note(window(&samples, &readings, start, end), &readings).is_some()
+            note(window(&samples, &readings, start, end), &readings, &[]).is_some()
         };
         assert!(told(None, None) && told(Some(2.0), Some(4.0)));
         assert!(!told(None, Some(2.95)) && !told(Some(3.05), None));

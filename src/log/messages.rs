@@ -205,6 +205,11 @@ pub fn known(type_name: &str, topic: &str) -> Option<(Role, Read)> {
         .find_map(|(known, role, read)| (**known == name).then_some((*role, *read)))
 }
 
+/// Whether messages of a type hold ranges and nothing but a sonar's; others may be a lidar's or a camera's.
+pub fn is_one_sonar(type_name: &str) -> bool {
+    short(type_name) == "sensor_msgs/Range"
+}
+
 fn description(message: &Value) -> Result<Content, FieldError> {
     let text = message.text("data")?;
     Ok(Content::Description(text.to_owned()))

@@ -1,8 +1,12 @@
 //! What a person is told of a log's channels and of what was lost.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::channels::ChannelReport;
 use super::container::Loss;
+use super::strays::few;
 use crate::legible::one_line;
+use crate::wording::counted;
 
 /// Why a channel of odometry is of no use although its messages are read.
 pub const NO_POSE: &str =
@@ -11,28 +15,34 @@ pub const NO_POSE: &str =
 pub const NO_RANGE: &str = "its messages hold no range";
 
 /// A channel in a list of what the log holds.
-fn describe(channel: &ChannelReport) -> String {
-    let problem = match &channel.problem {
-        Some(problem) => format!(": {problem}"),
-        None => String::new(),
-    };
+fn describe(channel: &ChannelReport, problem: Option<&str>) -> String {
+    let problem = problem.map_or_else(String::new, |problem| format!(": {problem}"));
     let type_name = if channel.type_name.is_empty() {
         "no type"
     } else {
         &channel.type_name
     };
     let text = format!(
-        "{} ({type_name}, {}, {} messages{problem})",
-        channel.topic, channel.encoding, channel.messages
+        "{} ({type_name}, {}, {}{problem})",
+        channel.topic,
+        channel.encoding,
+        counted(channel.messages, "message")
     );
     one_line(&text).into_owned()
 }
 
-/// Channels in a list of what the log holds: first those that may be meant.
+/// Channels in a list of what the log holds: first those that may be meant. What is wrong with several
+/// of them is said once.
 pub fn candidates(channels: &[ChannelReport]) -> Vec<String> {
     let mut channels: Vec<&ChannelReport> = channels.iter().collect();
     channels.sort_by_key(|channel| (channel.role.is_none(), channel.problem.is_none()));
-    channels.into_iter().map(describe).collect()
+    let mut said = BTreeSet::new();
+    let lines = channels.into_iter().map(|channel| {
+        let problem = channel.problem.as_deref();
+        let is_new = problem.is_none_or(|problem| said.insert(problem));
+        describe(channel, if is_new { problem } else { Some("likewise") })
+    });
+    lines.collect()
 }
 
 /// Marks a topic as one that cannot be used after all.
@@ -43,29 +53,49 @@ pub fn refuse(channels: &mut [ChannelReport], topic: &str, problem: String) {
     }
 }
 
-/// Channels that would have been used and cannot be.
+/// Channels that would have been used and cannot be, as far as nothing is missing without them.
 pub fn on_channels(channels: &[ChannelReport]) -> Vec<String> {
-    channels
-        .iter()
-        .filter(|channel| !channel.used && channel.undecoded == 0)
-        .filter_map(|channel| {
-            let problem = channel.problem.as_ref()?;
-            Some(format!("{} is left out: {problem}", channel.topic))
-        })
-        .collect()
+    let mut topics = BTreeMap::<&str, Vec<String>>::new();
+    for channel in channels.iter().filter(|channel| !channel.wanted) {
+        if let Some(problem) = unread(channel) {
+            topics
+                .entry(problem)
+                .or_default()
+                .push(channel.topic.clone());
+        }
+    }
+    let note = |(problem, topics): (&str, Vec<String>)| {
+        let verb = if topics.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} left out: {problem}", few(&topics))
+    };
+    topics.into_iter().map(note).collect()
+}
+
+/// Why not a message of a channel is read, where none is.
+fn unread(channel: &ChannelReport) -> Option<&str> {
+    let problem = channel.problem.as_deref()?;
+    (!channel.used && channel.undecoded == 0).then_some(problem)
 }
 
 /// What could not be read of the file and of each channel.
 pub fn on_losses(losses: &[Loss], channels: &[ChannelReport]) -> Vec<String> {
     let of_file = losses.iter().map(ToString::to_string);
-    let of_channels = channels.iter().filter(|c| c.undecoded > 0).map(|channel| {
-        format!(
-            "{} of {} messages on {}: {}",
-            channel.undecoded,
-            channel.messages,
+    let of_channels = channels.iter().filter_map(|channel| {
+        if channel.undecoded > 0 {
+            return Some(format!(
+                "{} of {} on {}: {}",
+                channel.undecoded,
+                counted(channel.messages, "message"),
+                channel.topic,
+                channel.problem.as_deref().unwrap_or_default()
+            ));
+        }
+        let problem = unread(channel).filter(|_| channel.wanted)?;
+        Some(format!(
+            "{}, {}: left out, since {problem}",
             channel.topic,
-            channel.problem.as_deref().unwrap_or_default()
-        )
+            counted(channel.messages, "message")
+        ))
     });
     of_file.chain(of_channels).collect()
 }

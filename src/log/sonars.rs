@@ -2,6 +2,7 @@
 
 mod mounts;
 mod names;
+mod notes;
 mod source;
 
 use std::fmt;
@@ -13,7 +14,10 @@ use super::transforms::{Mount, TransformTree};
 use crate::config::{Config, SonarOverride};
 use crate::event::{RangeReading, Sonar, SonarId};
 use crate::geometry::Pose2;
-use source::usable;
+use crate::wording::counted;
+pub use notes::TOO_WIDE;
+pub use source::WIDEST_BEAM;
+use source::{is_senseless, usable};
 
 /// What sonars are placed by.
 #[derive(Debug, Clone, Copy)]
@@ -55,11 +59,11 @@ pub struct LeftOut {
 
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (sonar, readings) = (&self.sonar, self.readings);
-        let plural = if readings == 1 { "" } else { "s" };
+        let readings = counted(self.readings, "reading");
         write!(
             f,
-            "sonar `{sonar}`, {readings} reading{plural}: left out, since {}",
+            "sonar `{}`, {readings}: left out, since {}",
+            self.sonar,
             self.why.in_short()
         )
     }
@@ -102,6 +106,7 @@ impl Placing<'_> {
             name(a).cmp(&name(b))
         });
         let mut sonars = Vec::with_capacity(named.len());
+        let mut mounts = Vec::with_capacity(named.len());
         let mut left_out = Vec::new();
         let mut ids = vec![None; named.len()];
         for index in order {
@@ -115,7 +120,7 @@ impl Placing<'_> {
                             file: self.file.to_owned(),
                         }
                     })?));
-                    notes.extend(on_mount(sonar, &mount));
+                    mounts.push((sonar, mount));
                     sonars.push(Sonar {
                         name: sonar.name.clone(),
                         topic: sonar.source.key.topic.clone(),
@@ -125,6 +130,7 @@ impl Placing<'_> {
                 Err(why) => left_out.push((index, why)),
             }
         }
+        notes.extend(self::notes::on_mounts(&mounts));
         if sonars.is_empty() && !left_out.is_empty() {
             return Err(left_out.swap_remove(0).1);
         }
@@ -156,12 +162,9 @@ impl Placing<'_> {
                 }
             }
         });
-        notes.extend(
-            named
-                .iter()
-                .zip(widths)
-                .filter_map(|(s, lacking)| on_width(s, lacking)),
-        );
+        let placed: Vec<&Named<'_>> = mounts.iter().map(|(sonar, _)| *sonar).collect();
+        notes.extend(self::notes::on_missing_widths(&named, &widths));
+        notes.extend(self::notes::on_senseless_widths(&placed, self));
         let place = |r: &RangeReading| (r.stamp_ns, r.sonar);
         if !readings.is_sorted_by_key(place) {
             readings.sort_by_key(place); // which takes memory
@@ -201,56 +204,35 @@ impl Placing<'_> {
 
     /// The beam width of readings whose message does not say it, radians.
     fn beam_width(&self, sonar: &Named<'_>) -> Option<f64> {
-        (sonar.source.beam_width)
-            .or(sonar.known.beam_width)
+        (sonar.known.beam_width)
+            .or(sonar
+                .source
+                .beam_width
+                .filter(|width| !is_senseless(*width)))
             .or(self.config.sonars.beam_width)
+            .or(sonar.source.beam_width)
             .or(sonar.source.likely_beam_width)
+    }
+
+    /// The beam width that stands before a message's own, radians.
+    fn overruling(&self, sonar: &Named<'_>, own: f64) -> Option<f64> {
+        let for_all = self.config.sonars.beam_width;
+        (sonar.known.beam_width).or(for_all.filter(|_| is_senseless(own)))
     }
 
     /// Puts into a reading what its message does not say; whether its beam width was that of others.
     fn complete(&self, sonar: &Named<'_>, reading: &mut RangeReading) -> bool {
         let known = &sonar.known;
         let own = usable(reading.beam_width);
-        let width = own.or_else(|| self.beam_width(sonar));
+        let overruling = own.and_then(|own| self.overruling(sonar, own));
+        let width = overruling.or(own).or_else(|| self.beam_width(sonar));
         reading.beam_width = width.unwrap_or(reading.beam_width);
         reading.min_range = known.min_range.unwrap_or(reading.min_range);
         reading.max_range = known.max_range.unwrap_or(reading.max_range);
-        own.is_none() && sonar.source.beam_width.is_some()
+        own.is_none() && known.beam_width.is_none() && sonar.source.beam_width.is_some()
     }
-}
-
-fn on_width(sonar: &Named<'_>, lacking: u64) -> Option<String> {
-    let width = sonar.source.beam_width?.to_degrees();
-    (lacking > 0).then(|| {
-        format!(
-            "{lacking} readings of sonar `{}` give no beam width; the {width:.1} deg that its others give \
-             are taken",
-            sonar.name
-        )
-    })
 }
 
 fn mount_of(known: &SonarOverride) -> Option<Pose2> {
     Some(Pose2::new(known.x?, known.y?, known.yaw?))
-}
-
-fn on_mount(sonar: &Named<'_>, mount: &Mount) -> Vec<String> {
-    let name = &sonar.name;
-    let tilted = mount.tilt.map(|tilt| {
-        format!(
-            "sonar `{name}` is tilted {:.1} deg out of the plane; its mount is projected and its ranges are taken as they are",
-            tilt.to_degrees()
-        )
-    });
-    let moved = mount.moved.then(|| {
-        format!(
-            "the mount of sonar `{name}` moves on /tf; its first pose is taken for the whole log"
-        )
-    });
-    let turned = sonar.source.turned.then(|| {
-        format!(
-            "the beam of sonar `{name}` turns in its messages; its first bearing is taken for the whole log"
-        )
-    });
-    [tilted, moved, turned].into_iter().flatten().collect()
 }

@@ -6,6 +6,7 @@ use super::sonars::Source;
 use super::transforms::TransformTree;
 use crate::config::Config;
 use crate::event::{RangeReading, SonarId};
+use crate::wording::counted;
 
 /// So many messages may be a handful.
 const FEW: usize = 3;
@@ -88,8 +89,10 @@ pub fn take_out(
         .map(|(topic, (lost, names))| {
             let all = usual.get(topic).map_or(0, |(_, all)| *all);
             format!(
-                "{lost} of {all} readings on {topic} name the frame {}, which nothing else does: they are taken \
-                 for damaged and left out. If it is a sonar's, give its mount under [sonar.\"NAME\"]",
+                "{lost} of {} on {topic} {} the frame {}, which nothing else does: they are taken for \
+                 damaged and left out. If it is a sonar's, give its mount under [sonar.\"NAME\"]",
+                counted(all as u64, "reading"),
+                if lost == 1 { "names" } else { "name" },
                 few(&names)
             )
         })

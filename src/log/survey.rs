@@ -178,6 +178,7 @@ impl Mending {
         if self.no_odometry {
             log.events.odometry.clear();
             log.messages = log.messages.saturating_sub(1); // the one that stood in
+            log.notes.retain(|note| !note.starts_with(STAND_IN));
             self.odometry_topic = None;
         }
         Survey {
@@ -232,6 +233,7 @@ impl Mending {
             }
             LogError::NoOdometry { .. } | LogError::NoSuchFrame { .. } if !self.no_odometry => {
                 self.no_odometry = true;
+                self.config.input.world_frame = None; // what stands in has none
                 self.gatherer.stand_in(Role::Odometry);
             }
             LogError::NoRanges { .. }

@@ -2,6 +2,7 @@
 
 use super::container::{Channel, RawMessage};
 use crate::truth::ReadingTruth;
+use crate::wording::counted;
 use crate::world::{World, WorldError};
 
 /// Schema of the truth about one reading.
@@ -103,9 +104,9 @@ impl RecordedTruth {
     pub fn loss(&self) -> Option<String> {
         (self.unreadable > 0).then(|| {
             format!(
-                "{} of {} messages about the truth of readings: {}",
+                "{} of {} about the truth of readings: {}",
                 self.unreadable,
-                self.messages,
+                counted(self.messages, "message"),
                 self.first.as_deref().unwrap_or_default()
             )
         })

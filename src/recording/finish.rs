@@ -8,6 +8,7 @@ use super::blueprint::{self, Layout};
 use super::table::Moment;
 use super::{Error, Recording, plots};
 use crate::tmam::step::Step;
+use crate::wording::counted;
 
 impl<W: Write> Recording<W> {
     pub(super) fn end(&mut self, step: &Step) -> Result<(), Error> {
@@ -30,13 +31,15 @@ impl<W: Write> Recording<W> {
             let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
             let [walls, points, tentative] = self.map.counts();
             let text = format!(
-                "end: {} frames; {} contact, {} intersection, {} unidentified arcs, {} suspect; \
-                 {walls} line(s) and {points} point(s) in the map, {tentative} more tentative",
-                last.frame - first.frame + 1,
+                "end: {}; {} contact, {} intersection, {} unidentified arcs, {} suspect; \
+                 {} and {} in the map, {tentative} more tentative",
+                counted((last.frame - first.frame + 1).unsigned_abs(), "frame"),
                 arcs("contact"),
                 arcs("intersection"),
                 arcs("unidentified"),
                 self.suspects.count(),
+                counted(walls as u64, "line"),
+                counted(points as u64, "point"),
             );
             self.log.note(last, TextLogLevel::INFO, text, lines, out)?;
         }

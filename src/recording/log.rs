@@ -13,6 +13,7 @@ use crate::event::Sonar;
 use crate::observer::Setting;
 use crate::rounding::fixed;
 use crate::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
+use crate::wording::counted;
 
 /// A line of the event log.
 pub struct Message {
@@ -131,9 +132,9 @@ fn describe(extraction: &Extraction, sonar: &str) -> String {
         Action::Rejected(why) => format!("rejected, {}", in_words(why)),
     };
     format!(
-        "{kind} {} from {sonar}, {frames} ({} readings): {}{fate}",
+        "{kind} {} from {sonar}, {frames} ({}): {}{fate}",
         extraction.id,
-        extraction.associated.len(),
+        counted(extraction.associated.len() as u64, "reading"),
         estimate(extraction),
     )
 }
@@ -169,10 +170,10 @@ fn in_words(why: Rejection) -> &'static str {
 pub fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
     let source = setting.source;
     let start = format!(
-        "start: {}, {} sonar(s), {} messages",
+        "start: {}, {}, {}",
         source.file,
-        setting.sonars.len(),
-        source.messages
+        counted(setting.sonars.len() as u64, "sonar"),
+        counted(source.messages, "message")
     );
     let mut said = vec![(TextLogLevel::INFO, start)];
     if !source.complete {

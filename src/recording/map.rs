@@ -17,6 +17,7 @@ use super::style::{self, order, ui};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::tmam::feature::{Kind, MapFeature, Shape, Status};
 use crate::tmam::step::Step;
+use crate::wording::counted;
 
 struct Outline(Vec<[f32; 2]>);
 
@@ -210,12 +211,12 @@ fn color(feature: &MapFeature, confirmed: Color) -> Color {
 
 fn label(feature: &MapFeature) -> String {
     format!(
-        "{} {}, {} ({} readings, {} runs)",
+        "{} {}, {} ({}, {})",
         feature.shape.kind().name(),
         feature.id,
         feature.status.name(),
-        feature.readings,
-        feature.runs
+        counted(feature.readings.into(), "reading"),
+        counted(feature.runs.into(), "run")
     )
 }
 

@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use super::*;
+use crate::log::container::{self, Channel, RawMessage, Unchecked};
 
 fn room(motion: Motion) -> Simulation {
     Simulation {
@@ -22,21 +23,36 @@ fn bytes(simulation: &Simulation) -> Vec<u8> {
         .into_inner()
 }
 
+/// What is recorded on topics whose names begin so.
+fn messages(log: &[u8], topic: &str) -> Vec<Vec<u8>> {
+    let mut found = Vec::new();
+    let visit = &mut |channel: &Channel, message: RawMessage<'_>| {
+        if channel.topic.starts_with(topic) {
+            found.push(message.data.to_vec());
+        }
+    };
+    let losses = container::walk_in(Cursor::new(log), Unchecked::LeftOut, visit).unwrap();
+    assert!(losses.is_empty());
+    found
+}
+
 fn truths(log: &[u8]) -> Vec<ReadingTruth> {
-    let messages = mcap::MessageStream::new(log).unwrap().map(Result::unwrap);
-    let truths = messages.filter(|message| message.channel.topic == "/truth");
+    let all = messages(log, "/truth").len();
+    let of_world = messages(log, "/truth/world").len();
+    let truths: Vec<ReadingTruth> = messages(log, "/truth")
+        .iter()
+        .filter_map(|data| serde_json::from_slice(data).ok())
+        .collect();
+    assert_eq!(truths.len() + of_world, all);
     truths
-        .map(|message| serde_json::from_slice(&message.data).unwrap())
-        .collect()
 }
 
 /// The last 4 bytes but 4 of a `sensor_msgs/msg/Range` are its range.
 fn ranges(log: &[u8]) -> Vec<f32> {
-    let messages = mcap::MessageStream::new(log).unwrap().map(Result::unwrap);
-    let ranges = messages.filter(|message| message.channel.topic.starts_with("/sonar/"));
+    let ranges = messages(log, "/sonar/").into_iter();
     ranges
-        .map(|message| {
-            let (_, tail) = message.data.split_last_chunk::<8>().unwrap();
+        .map(|data| {
+            let (_, tail) = data.split_last_chunk::<8>().unwrap();
             f32::from_le_bytes(tail[..4].try_into().unwrap())
         })
         .collect()
@@ -81,10 +97,9 @@ fn the_room_loop_sees_every_wall_and_corner() {
 #[test]
 fn the_log_brings_its_world_along() {
     let log = bytes(&room(Motion::Stepwise(Stepwise::default())));
-    let messages = mcap::MessageStream::new(&log).unwrap().map(Result::unwrap);
-    let worlds: Vec<World> = messages
-        .filter(|message| message.channel.topic == "/truth/world")
-        .map(|message| serde_json::from_slice(&message.data).unwrap())
+    let worlds: Vec<World> = messages(&log, "/truth/world")
+        .iter()
+        .map(|data| serde_json::from_slice(data).unwrap())
         .collect();
     assert_eq!(worlds, [World::room()]);
 }

@@ -8,6 +8,7 @@ use super::axes::Axis;
 use super::columns::{Better, columns};
 use super::conclusion;
 use crate::info::tables::{render, table};
+use crate::wording::counted;
 
 /// Reasons of failure that are told.
 const REASONS: usize = 5;
@@ -50,10 +51,10 @@ fn head(sweep: &Sweep) -> String {
         })
         .collect();
     format!(
-        "{}{}: {} cells, {}; {}\nranked by {}\n\n",
+        "{}{}: {}, {}; {}\nranked by {}\n\n",
         sweep.file,
         if sweep.complete { "" } else { " (INCOMPLETE)" },
-        sweep.cells.len(),
+        counted(sweep.cells.len() as u64, "cell"),
         axes.join(", "),
         if sweep.with_truth {
             "held against the truth"

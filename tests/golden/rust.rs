@@ -65,7 +65,7 @@ fn a_test_that_fails_says_why_and_what_to_do() {
         .unwrap_err()
         .to_string();
     for said in [
-        "2 difference(s)",
+        "2 differences",
         "line 1: rho 1.8000 -> 1.9000 m",
         "point 2: y",
         "UPDATE_GOLDEN=1",

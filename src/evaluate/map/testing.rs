@@ -52,7 +52,7 @@ pub fn heard_in(echoes: i64, world: World) -> Truth {
         channels: Vec::new(),
         losses: Vec::new(),
         notes: Vec::new(),
-        clock_jump: None,
+        clock_set: None,
         time_notes: Vec::new(),
     };
     let config = Config::default();

@@ -43,7 +43,7 @@ fn log(ranges: &[f64]) -> Log {
         channels: Vec::new(),
         losses: Vec::new(),
         notes: Vec::new(),
-        clock_jump: None,
+        clock_set: None,
         time_notes: Vec::new(),
     }
 }

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use super::decision::chi2;
-use super::{count, place};
+use super::place;
 use crate::explain::Explanation;
 use crate::explain::outcome::{Place, Registered, RunStory};
 use crate::explain::truth::{Echoed, TruthStory};
+use crate::wording::counted;
 
 /// The runs that the arc stands behind, and what the map says of it.
 pub fn runs(told: &Explanation) -> String {
@@ -40,8 +41,8 @@ fn run_and_feature(text: &mut String, run: &RunStory) {
         "  feature {}: a {} from {}, {} (frames {}-{}){part}",
         run.feature,
         run.kind,
-        count(run.arcs, "labelled arc"),
-        count(run.readings, "reading"),
+        counted(run.arcs as u64, "labelled arc"),
+        counted(run.readings as u64, "reading"),
         run.first_frame,
         run.last_frame,
     );
@@ -84,8 +85,8 @@ fn registered(feature: &Registered) -> String {
         feature.id,
         at,
         feature.status,
-        count(feature.runs as usize, "run"),
-        count(feature.readings as usize, "reading"),
+        counted(feature.runs.into(), "run"),
+        counted(feature.readings.into(), "reading"),
     )
 }
 

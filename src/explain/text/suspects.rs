@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::count;
 use crate::explain::doubts::Doubt;
 use crate::explain::suspects::{Suspect, Suspects};
 use crate::info::tables::{render, table};
 use crate::observer::Setting;
+use crate::wording::counted;
 
 /// The worst suspects of a replay. `log` is how the log was named on the command line.
 pub fn suspects(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
@@ -15,7 +15,7 @@ pub fn suspects(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
         "{}: {} of {} are suspect{}\n",
         setting.source.file,
         list.suspects,
-        count(usize::try_from(list.labels).unwrap_or(usize::MAX), "label"),
+        counted(list.labels, "label"),
         if (shown as u64) < list.suspects {
             format!("; the worst {shown}")
         } else {

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use super::{Finding, Info, Weight, names};
 use crate::info::channels::ChannelFacts;
+use crate::log::TOO_WIDE;
+use crate::wording::counted_with;
 
 /// So much more or less delay of the ranges than of the odometry is worth a word, seconds.
 const SKEW: f64 = 0.1;
@@ -37,33 +39,40 @@ pub fn channels(info: &Info, findings: &mut Vec<Finding>) {
             "unread-channel",
             format!("{topics} {verb} not read: {problem}"),
             "what they say is missing from the replay",
-            "",
+            if channels.iter().any(|channel| channel.wanted) {
+                "a replay ends with exit code 3; record them as is said, or leave them out: --range-topic"
+            } else {
+                ""
+            },
         ));
     }
 }
 
 /// What of the file could not be read.
 pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
-    if info.losses.is_empty() {
+    // Of channels that are not read, there is a finding of their own.
+    let of_channel = |loss: &str| {
+        let mut unread = info.channels.iter().filter(|c| c.is_unreadable());
+        unread.any(|channel| loss.starts_with(&format!("{}, ", channel.topic)))
+    };
+    let losses: Vec<&String> = (info.losses.iter())
+        .filter(|loss| !of_channel(loss))
+        .collect();
+    if losses.is_empty() {
         return;
     }
     let mut what = format!(
         "the log is not whole, {} could not be read",
-        match info.losses.len() {
+        match losses.len() {
             1 => "one part".to_owned(),
             n => format!("{n} parts"),
         }
     );
-    for (loss, mark) in info
-        .losses
-        .iter()
-        .take(NAMED_LOSSES)
-        .zip([": ", "; ", "; "])
-    {
+    for (loss, mark) in losses.iter().take(NAMED_LOSSES).zip([": ", "; ", "; "]) {
         what.push_str(mark);
         what.push_str(loss);
     }
-    if info.losses.len() > NAMED_LOSSES {
+    if losses.len() > NAMED_LOSSES {
         what.push_str("; ...");
     }
     findings.push(Finding::new(
@@ -81,13 +90,17 @@ pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
 
 /// Stamps.
 pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
-    if let Some(jump) = &info.clock_jump {
+    if let Some(set) = &info.clock_set {
         findings.push(Finding::new(
             Weight::Serious,
             "clock-jump",
-            jump.as_str(),
+            set.what.as_str(),
             "readings meet the poses of another time, or none; the log seems longer or shorter than it is",
-            "replay the parts by themselves with --start and --end",
+            if set.advice.is_empty() {
+                "replay the parts by themselves with --start and --end"
+            } else {
+                &set.advice
+            },
         ));
     }
     let used = |role: &'static str| {
@@ -102,35 +115,45 @@ pub fn clocks(info: &Info, findings: &mut Vec<Finding>) {
             findings.push(Finding::new(
                 Weight::Serious,
                 "unstamped",
-                format!("{unstamped} {what} messages carry no stamp (0)"),
+                format!(
+                    "{} no stamp (0)",
+                    counted_with(unstamped, &format!("{what} message"), "carries", "carry")
+                ),
                 "the time of recording is taken: it is late by what the message was under way, and \
                  the arcs shift along the path",
                 "let the driver stamp its messages",
             ));
         }
         let backward = sum(|c| c.backward_stamps);
-        if backward > 0 {
+        // What follows from a clock that was set is told with it.
+        if backward > 0 && info.clock_set.is_none() {
             findings.push(Finding::new(
                 Weight::Notable,
                 "backward-stamps",
-                format!("{backward} {what} messages are stamped earlier than the one before them"),
+                format!(
+                    "{} stamped earlier than the one before",
+                    counted_with(backward, &format!("{what} message"), "is", "are")
+                ),
                 "they are taken in stamp order; if the clock was set back, two times overlap",
                 "look at the clock synchronisation of the robot's computers",
             ));
         }
         let disordered = sum(|c| c.out_of_order);
-        if disordered > 0 {
+        if disordered > 0 && info.clock_set.is_none() {
             findings.push(Finding::new(
                 Weight::Notable,
                 "out-of-order",
-                format!("{disordered} {what} messages lie in the file behind later ones"),
+                format!(
+                    "{} in the file behind later ones",
+                    counted_with(disordered, &format!("{what} message"), "lies", "lie")
+                ),
                 "none: they are taken in stamp order",
                 "",
             ));
         }
     }
     // Delays to a clock that was set say nothing of another clock.
-    if info.clock_jump.is_none() {
+    if info.clock_set.is_none() {
         delays(info, used("range"), used("odometry"), findings);
     }
 }
@@ -192,12 +215,14 @@ fn delays<'a>(
 pub fn notes(info: &Info, notes: &[String], findings: &mut Vec<Finding>) {
     let said = |note: &str| {
         let of_channel = |channel: &ChannelFacts| {
-            channel.is_unreadable() && note.starts_with(&format!("{} is left out", channel.topic))
+            let problem = channel.problem.as_deref().unwrap_or_default();
+            channel.is_unreadable() && note.ends_with(&format!(" left out: {problem}"))
         };
         let repeats = note.contains("sonar's last value although the robot moved");
-        note.contains("no stamp in their header")
+        note.contains("no stamp in the header")
             || (repeats && findings.iter().any(|finding| finding.code == "repeats"))
             || info.channels.iter().any(of_channel)
+            || (note.contains(TOO_WIDE) && findings.iter().any(|f| f.code == "beam-width"))
     };
     let unsaid: Vec<&String> = notes.iter().filter(|note| !said(note)).collect();
     for note in unsaid {

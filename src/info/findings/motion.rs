@@ -5,6 +5,8 @@ use crate::info::motion::{Leap, OdometryFacts};
 use crate::info::statistics::{fraction, seconds};
 use crate::info::trial::wider_gap;
 use crate::log::leaps::is_leap;
+use crate::rounding::fixed;
+use crate::wording::{counted, counted_with, seconds_between};
 
 /// From this share of readings without a pose on, a part of the map is missing.
 const MANY: f64 = 0.2;
@@ -27,7 +29,10 @@ pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
         findings.push(Finding::new(
             Weight::Notable,
             "repeated-odometry",
-            format!("{repeated} odometry samples carry the stamp of the one before them"),
+            format!(
+                "{} the stamp of the one before",
+                counted_with(repeated, "odometry sample", "carries", "carry")
+            ),
             "the first of them is taken for a reading at that instant",
             "look whether two nodes publish the odometry",
         ));
@@ -55,24 +60,20 @@ fn jumps(info: &Info, odometry: &OdometryFacts, findings: &mut Vec<Finding>) {
     let too_far = |leap: &&Leap| is_leap(leap.distance, leap.seconds);
     if let Some(jump) = odometry.largest_jump.as_ref().filter(too_far) {
         let at = seconds(info.start_ns, jump.stamp_ns);
+        let told = fixed(at, 1);
         findings.push(Finding::new(
             Weight::Serious,
             "odometry-jump",
             format!(
-                "the odometry jumps by {:.2} m in {:.3} s, at {at:.1} s",
+                "the odometry jumps by {:.2} m in {:.3} s, at {told} s",
                 jump.distance, jump.seconds
             ),
             "the map before and after it does not fit together",
-            if info.clock_jump.is_some() {
-                "see what is said of the clock first: stamps out of place look like jumps"
-                    .to_owned()
-            } else {
-                format!(
-                    "replay the parts by themselves: --end {:.1}, then --start {:.1}",
-                    at.max(0.0),
-                    (at + jump.seconds).max(0.0)
-                )
-            },
+            format!(
+                "replay the parts by themselves: --end {:.1}, then --start {:.1}",
+                at.max(0.0),
+                (at + jump.seconds).max(0.0)
+            ),
         ));
     }
 }
@@ -92,10 +93,11 @@ fn without_pose(info: &Info, odometry: &OdometryFacts, findings: &mut Vec<Findin
             },
             "no-pose",
             format!(
-                "{lost} of {} readings ({}) have no pose: {} before the first odometry sample, {} \
+                "{lost} of {} ({}) {} no pose: {} before the first odometry sample, {} \
                  after the last, {} in gaps wider than {bound} s",
-                odometry.readings,
+                counted(odometry.readings, "reading"),
                 percent(share),
+                if lost == 1 { "has" } else { "have" },
                 odometry.readings_before,
                 odometry.readings_after,
                 lost.saturating_sub(outside),
@@ -116,10 +118,10 @@ fn without_pose(info: &Info, odometry: &OdometryFacts, findings: &mut Vec<Findin
             Weight::Notable,
             "odometry-gaps",
             format!(
-                "the odometry has {} gaps wider than {bound} s; the longest is {:.1} s, at {:.1} s",
-                odometry.gaps,
+                "the odometry has {} wider than {bound} s; the longest is {:.1} s, at {} s",
+                counted(odometry.gaps, "gap"),
                 gap.seconds,
-                seconds(info.start_ns, gap.stamp_ns)
+                seconds_between(info.start_ns, gap.stamp_ns, 1)
             ),
             if odometry.readings_with_pose == odometry.readings {
                 "none: no reading falls into them"

@@ -36,11 +36,21 @@ pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>
                 "there is nothing to make arcs of",
                 choose(info, asked, "range"),
             ),
-            LogError::NoOdometry { asked, .. } => block(
+            LogError::NoOdometry {
+                asked, passed_over, ..
+            } => block(
                 "no-odometry",
-                format!("the log has no odometry{}", because(asked)),
+                format!(
+                    "the log has no odometry{}{}",
+                    because(asked),
+                    carried(passed_over)
+                ),
                 "no reading can be placed",
-                choose(info, asked, "odometry"),
+                if passed_over.is_empty() {
+                    choose(info, asked, "odometry")
+                } else {
+                    "record the odometry; if one of these frames is the robot's, set input.robot_frame".to_owned()
+                },
             ),
             LogError::ManyOdometries { topics, .. } => block(
                 "many-odometries",
@@ -66,15 +76,11 @@ pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>
                 "which of them is the robot cannot be told",
                 format!("set input.robot_frame; {SKELETON}"),
             ),
-            LogError::NoSuchFrame { frame, moving, .. } => block(
+            LogError::NoSuchFrame { key, moving, .. } => block(
                 "no-odometry",
-                format!(
-                    "the log has no odometry messages, and no transform moves `{frame}`, which \
-                     input.robot_frame names; frames that move: {}",
-                    super::names(moving.iter().map(|(_, child)| child.as_str()))
-                ),
+                one_paragraph(obstacle),
                 "no reading can be placed",
-                "set input.robot_frame to one that does".to_owned(),
+                format!("set {key} to one of them: {}", edges(moving)),
             ),
             LogError::UnplacedRing(ring) => block(
                 "no-mount",
@@ -204,6 +210,32 @@ fn refused(refusal: &ReplayError, block: &mut impl FnMut(&'static str, String, &
     }
 }
 
+/// Without its list of items, which a finding words otherwise.
+fn one_paragraph(error: &LogError) -> String {
+    let text = error.to_string();
+    let first = text.lines().next().unwrap_or_default();
+    first.trim_end_matches(':').to_owned()
+}
+
+/// `a in b, c in d and 3 more`.
+fn edges(edges: &[(String, String)]) -> String {
+    let named: Vec<String> = edges
+        .iter()
+        .map(|(parent, child)| format!("`{child}` in `{parent}`"))
+        .collect();
+    super::names(named.iter().map(String::as_str))
+}
+
+fn carried(passed_over: &[(String, String)]) -> String {
+    if passed_over.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; transforms that move what the sonars' frame carries are none: {}",
+        edges(passed_over)
+    )
+}
+
 fn because(asked: &[String]) -> String {
     if asked.is_empty() {
         String::new()
@@ -222,6 +254,7 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
         .map(|c| c.topic.as_str())
         .collect();
     let flag = if role == "range" { "range" } else { "odom" };
+    let untyped = |c: &ChannelFacts| c.type_name.is_empty() && c.problem.is_some();
     if !asked.is_empty() {
         format!("ask for other topics with --{flag}-topic: the channels above are there")
     } else if info.channels.iter().any(unread) {
@@ -235,6 +268,11 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
         format!(
             "look at what publishes {}: {what}",
             super::names(empty.into_iter())
+        )
+    } else if info.channels.iter().any(untyped) {
+        format!(
+            "the log does not say of what type some channels are: name the type of those that hold {role} in the \
+             configuration, [channel.\"/topic\"] type = \"...\""
         )
     } else {
         format!("no channel above has a type that is read as {role}; docs/logs.md says which are")

@@ -3,9 +3,8 @@
 use super::{Finding, Info, Weight, percent, which_sonars};
 use crate::info::sonars::SonarFacts;
 use crate::info::statistics::fraction;
+use crate::log::WIDEST_BEAM;
 
-/// A sonar's beam is narrower than this, radians.
-const WIDEST_BEAM: f64 = std::f64::consts::FRAC_PI_2;
 /// A sonar in the air reaches no farther, metres.
 const FARTHEST: f64 = 50.0;
 /// Repeats of a sonar with a fine raster are no chance from this share on ...
@@ -61,7 +60,7 @@ pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
                     sonar.beam_width.unwrap_or(0.0).to_degrees()
                 ),
                 "points anywhere around the robot count, and labels mean little".into(),
-                "field_of_view is in radians: does the driver write degrees? Mend it there".into(),
+                "field_of_view is in radians: does the driver write degrees? sonars.beam_width (deg) overrules it; mend the driver".into(),
             ]
         },
     );
@@ -92,7 +91,8 @@ pub fn findings(info: &Info, findings: &mut Vec<Finding>) {
     tell(
         Weight::Serious,
         "too-far-apart",
-        &|s| fraction(s.too_far_apart, s.readings) > MANY,
+        // Times that come twice put readings of two places next to each other.
+        &|s| fraction(s.too_far_apart, s.readings) > MANY && info.clock_set.is_none(),
         &|which, sonar| {
             let bounds = &info.trial.config.sequence;
             [

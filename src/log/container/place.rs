@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, Read, Seek};
 
-use super::record::{ChunkHeader, ChunkIndex, Fields, PREFIX, op};
+use super::fields::Fields;
+use super::record::{ChunkHeader, ChunkIndex, PREFIX, op};
 use super::source::Source;
 use super::tail::Summary;
 

@@ -6,7 +6,8 @@
 use std::io::{self, Read, Seek};
 
 use super::MAGIC;
-use super::record::{self, ChunkIndex, Fields, PREFIX, Records, op};
+use super::fields::Fields;
+use super::record::{self, ChunkIndex, PREFIX, Records, op};
 use super::registry::Registry;
 use super::source::Source;
 

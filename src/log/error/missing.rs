@@ -1,6 +1,6 @@
 //! What is said of sonars whose place is not known.
 
-use super::list;
+use super::lists::list;
 
 /// A sonar whose place on the robot is unknown.
 #[derive(Debug, thiserror::Error)]

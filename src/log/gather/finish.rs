@@ -11,6 +11,7 @@ use crate::log::messages::Role;
 use crate::log::sonars::Placing;
 use crate::log::stamps::{self, Clock};
 use crate::log::{Log, LogError, leaps, notes, repeats, strays};
+use crate::wording::{counted, counted_with};
 
 /// A log that can be replayed.
 #[derive(Debug)]
@@ -105,7 +106,7 @@ impl Gatherer {
         notes.extend(notes::on_channels(&channels));
         self.note(config, &channels, &odometry, notes);
         let mut lost = notes::on_losses(&losses, &channels);
-        lost.extend(odometry.loss.take());
+        lost.append(&mut odometry.losses);
         lost.extend(strays::take_out(
             &mut self.sources,
             &mut self.readings,
@@ -136,11 +137,11 @@ impl Gatherer {
         samples.sort_by_key(|s| s.stamp_ns);
         notes.extend(stamps::twins(&readings));
         let ranges: Vec<&Clock> = self.sources.iter().map(|source| &source.clock).collect();
-        let clock_jump = stamps::jump(&ranges, &odometry.clock)
+        let clock_set = stamps::jump(&ranges, &odometry.clock)
             .or_else(|| stamps::returned(&ranges, &odometry.clock));
         let mut time_notes = Vec::new();
         // Delays to a clock that was set say nothing of another clock.
-        if clock_jump.is_none() {
+        if clock_set.is_none() {
             time_notes.extend(stamps::skew(&ranges, &odometry.clock));
         }
         time_notes.extend(stamps::backward(&ranges, &odometry.clock));
@@ -148,6 +149,7 @@ impl Gatherer {
         time_notes.extend(leaps::note(
             leaps::window(&samples, &readings, config.input.start, config.input.end),
             &readings,
+            clock_set.as_ref().map_or(&[], |set| &set.twice),
         ));
         let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
         let dropped = config.input.drop_repeats;
@@ -167,7 +169,7 @@ impl Gatherer {
             losses: in_lines(lost),
             channels,
             notes: in_lines(std::mem::take(notes)),
-            clock_jump,
+            clock_set,
             time_notes,
         };
         Ok(Finished {
@@ -195,14 +197,15 @@ impl Gatherer {
         let unstamped = self.unstamped + odometry.unstamped;
         if unstamped > 0 {
             notes.push(format!(
-                "{unstamped} messages have no stamp in their header; the time they were recorded is taken"
+                "{} no stamp in the header; the time of recording is taken",
+                counted_with(unstamped, "message", "has", "have")
             ));
         }
         if odometry.unusable > 0 {
             notes.push(format!(
-                "{} odometry messages on {} hold no pose (NaN, farther off than 100,000 km, or a quaternion of zero) \
-                 and were left out",
-                odometry.unusable, odometry.topic
+                "{} on {} without a pose (NaN, farther off than 100,000 km, or a quaternion of zero) left out",
+                counted(odometry.unusable, "odometry message"),
+                odometry.topic
             ));
         }
         notes.extend(self.transforms.note());
@@ -212,6 +215,6 @@ impl Gatherer {
                 odometry.topic
             ));
         }
-        notes.extend(odometry.note.clone());
+        notes.extend(odometry.notes.iter().cloned());
     }
 }

@@ -13,6 +13,7 @@ use crate::log::messages::{HitsMessage, RangeMessage};
 use crate::log::rings::Ring;
 use crate::log::sonars::SourceKey;
 use crate::log::{LogError, notes};
+use crate::wording::counted_with;
 
 impl Gatherer {
     /// Turns the points of sonar rings into the ranges of the sonars whose mounts the configuration
@@ -72,15 +73,16 @@ impl Gatherer {
                 .filter(|(_, count)| *count > 0)
                 .map(|(topic, count)| {
                     format!(
-                        "{count} points on {topic} lie in no sonar's beam, or in one that has another; look \
-                         at the mounts in the configuration"
+                        "{} on {topic} in no sonar's beam, or in one that has another; look at the mounts in \
+                         the configuration",
+                        counted_with(count, "point", "lies", "lie")
                     )
                 }),
         );
         self.notes.extend(doubled.into_iter().map(|(topic, count)| {
             format!(
-                "{count} points on {topic} are of sonars that another topic has more points of, and are left out; \
-                 --range-topic chooses"
+                "{} on {topic} left out: of sonars that another topic has more points of; --range-topic chooses",
+                counted_with(count, "point", "is", "are")
             )
         }));
         unplaced.map(|ring| LogError::UnplacedRing(Box::new(ring)))

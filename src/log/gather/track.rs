@@ -8,6 +8,7 @@ use crate::log::messages::Role;
 use crate::log::stamps::Clock;
 use crate::log::strays;
 use crate::log::{LogError, notes};
+use crate::wording::counted;
 
 /// More names of frames on one topic than this are damage in any case.
 const MOST_NAMES: usize = 64;
@@ -45,9 +46,9 @@ pub struct Chosen {
     pub unusable: u64,
     pub clock: Clock,
     /// What was left out, because it names other frames.
-    pub loss: Option<String>,
-    /// That it names several frames and all are used.
-    pub note: Option<String>,
+    pub losses: Vec<String>,
+    /// That it names several frames and all are used, or what it was taken from.
+    pub notes: Vec<String>,
 }
 
 impl Odometry {
@@ -76,6 +77,47 @@ impl Odometry {
                 samples: vec![sample],
             }),
         }
+    }
+
+    /// Takes all of another track, under the names that it has there. The clock stays the busier one's.
+    pub fn absorb(&mut self, other: Self) {
+        if other.len() > self.len() {
+            self.clock = other.clock;
+        }
+        self.messages += other.messages;
+        self.unstamped += other.unstamped;
+        self.unusable += other.unusable;
+        self.poses.extend(other.poses);
+    }
+
+    /// The robot's frame taken for the world's and the world's for the robot's.
+    pub fn turned_round(mut self) -> Self {
+        for named in &mut self.poses {
+            std::mem::swap(&mut named.world_frame, &mut named.robot_frame);
+            for sample in &mut named.samples {
+                sample.world_from_robot = sample.world_from_robot.inverse();
+            }
+        }
+        self
+    }
+
+    /// Its first and last pose by stamp.
+    pub fn ends(&self) -> Option<(OdometrySample, OdometrySample)> {
+        let all = || self.poses.iter().flat_map(|named| &named.samples);
+        let first = all().min_by_key(|sample| sample.stamp_ns)?;
+        let last = all().max_by_key(|sample| sample.stamp_ns)?;
+        Some((*first, *last))
+    }
+
+    /// Only the poses in a frame.
+    pub fn keep_world(&mut self, world_frame: &str) {
+        self.poses.retain(|named| named.world_frame == world_frame);
+    }
+
+    /// The frames that it gives poses of, with those that they are in.
+    pub fn edges(&self) -> Vec<(String, String)> {
+        let edge = |named: &Named| (named.world_frame.clone(), named.robot_frame.clone());
+        self.poses.iter().map(edge).collect()
     }
 
     /// Poses that it has.
@@ -107,20 +149,29 @@ impl Odometry {
             }
         }
         let usual_name = format!("`{}` in `{}`", named.robot_frame, named.world_frame);
+        let what = if self.role == Role::Transform {
+            "transform"
+        } else {
+            "message"
+        };
+        let loss = (lost > 0).then(|| {
+            format!(
+                "{lost} of {} on {topic} {} the pose of {}, all others that of {usual_name}: they are taken for \
+                 damaged and left out",
+                counted(all as u64, what),
+                if lost == 1 { "gives" } else { "give" },
+                strays::few(&lost_names)
+            )
+        });
+        let note = (!other_names.is_empty()).then(|| {
+            format!(
+                "{what}s on {topic} give the pose of {usual_name} and of {}; all are taken for one track",
+                strays::few(&other_names)
+            )
+        });
         Some(Chosen {
-            loss: (lost > 0).then(|| {
-                format!(
-                    "{lost} of {all} messages on {topic} give the pose of {}, all others that of {usual_name}: \
-                     they are taken for damaged and left out",
-                    strays::few(&lost_names)
-                )
-            }),
-            note: (!other_names.is_empty()).then(|| {
-                format!(
-                    "messages on {topic} give the pose of {usual_name} and of {}; all are taken for one track",
-                    strays::few(&other_names)
-                )
-            }),
+            losses: loss.into_iter().collect(),
+            notes: note.into_iter().collect(),
             topic,
             role: self.role,
             world_frame: named.world_frame,
@@ -161,6 +212,21 @@ impl Gatherer {
                 topics: self.tracks.keys().cloned().collect(),
             });
         }
+        if let Some(frame) = &config.input.world_frame {
+            let found: Vec<(String, String)> =
+                self.tracks.values().flat_map(Odometry::edges).collect();
+            for track in self.tracks.values_mut() {
+                track.keep_world(frame);
+            }
+            if !found.is_empty() && self.tracks.values().all(|track| track.len() == 0) {
+                return Err(LogError::NoSuchFrame {
+                    file: file.to_owned(),
+                    frame: frame.clone(),
+                    key: "input.world_frame",
+                    moving: found,
+                });
+            }
+        }
         for topic in self
             .tracks
             .iter()
@@ -169,6 +235,7 @@ impl Gatherer {
         {
             notes::refuse(channels, topic, notes::NO_POSE.to_owned());
         }
+        let passed_over = self.passed_over(config);
         let chosen = self
             .tracks
             .pop_first()
@@ -177,6 +244,7 @@ impl Gatherer {
                 file: file.to_owned(),
                 asked: config.input.odometry_topics.clone(),
                 found: notes::candidates(channels),
+                passed_over,
             })?;
         for channel in channels {
             let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));

@@ -52,6 +52,14 @@ impl Source {
     }
 }
 
+/// A sonar's beam is narrower than this, radians.
+pub const WIDEST_BEAM: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Whether a beam is wider than any sonar's, as one that a driver gives in degrees.
+pub(super) fn is_senseless(width: f64) -> bool {
+    width >= WIDEST_BEAM
+}
+
 /// A beam width that is one, radians.
 pub(super) fn usable(width: f64) -> Option<f64> {
     (width > 0.0 && width.is_finite()).then_some(width)

@@ -14,6 +14,8 @@ pub struct Clock {
     pub(super) backward: u64,
     pub(super) farthest_back: i64,
     pub(super) jumps: u64,
+    /// Where jumps turned the stamps back: the stamp behind each and the one before it.
+    pub(super) turned: Vec<(i64, i64)>,
     /// By how much the largest jump moved the clock and when it was recorded, nanoseconds.
     pub(super) largest: Option<(i64, i64)>,
     pub(super) stamped: u64,
@@ -58,6 +60,9 @@ impl Clock {
             // Messages that come late leave the stamps behind, but never turn them back.
             if ahead > JUMP || (ahead < -JUMP && moved < -JUMP) {
                 self.jumps += 1;
+                if moved < 0 && self.turned.len() < MOST_RUNS {
+                    self.turned.push((stamp_ns, stamp));
+                }
                 if self
                     .largest
                     .is_none_or(|(by, _)| by.unsigned_abs() < ahead.unsigned_abs())
@@ -112,20 +117,39 @@ impl Clock {
     /// How long the stamps were at times where they had been before, and the widest hole that they
     /// left: nanoseconds. Parts of a log in another order have neither once they are sorted.
     pub(super) fn overlap_and_hole(&self) -> (i64, i64) {
-        let mut runs = self.runs.clone();
-        runs.sort_unstable();
-        let (mut overlap, mut hole) = (0_i64, 0_i64);
-        let mut reached: Option<i64> = None;
-        for (first, last) in runs {
-            if let Some(reached) = reached {
-                overlap = overlap.saturating_add(reached.min(last).saturating_sub(first).max(0));
-                hole = hole.max(first.saturating_sub(reached));
-            }
-            reached = Some(reached.map_or(last, |reached| reached.max(last)));
-        }
+        let (overlaps, mut hole) = self.overlaps();
+        let overlap = overlaps.iter().fold(0_i64, |sum, (first, last)| {
+            sum.saturating_add(last.saturating_sub(*first))
+        });
         if self.pauses > 0 {
             hole = 0; // which a pause may have left
         }
         (overlap, hole)
+    }
+
+    /// The times that the stamps were in twice: first and last of each, nanoseconds.
+    pub(super) fn twice(&self) -> Vec<(i64, i64)> {
+        let mut twice = self.overlaps().0;
+        twice.extend(&self.turned);
+        twice
+    }
+
+    /// What the runs share with those before them, and the widest hole between them.
+    fn overlaps(&self) -> (Vec<(i64, i64)>, i64) {
+        let mut runs = self.runs.clone();
+        runs.sort_unstable();
+        let (mut overlaps, mut hole) = (Vec::new(), 0_i64);
+        let mut reached: Option<i64> = None;
+        for (first, last) in runs {
+            if let Some(reached) = reached {
+                let end = reached.min(last);
+                if end > first {
+                    overlaps.push((first, end));
+                }
+                hole = hole.max(first.saturating_sub(reached));
+            }
+            reached = Some(reached.map_or(last, |reached| reached.max(last)));
+        }
+        (overlaps, hole)
     }
 }

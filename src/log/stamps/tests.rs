@@ -24,7 +24,7 @@ fn a_clock_that_was_set_is_told_from_messages_that_come_late() {
     assert_eq!(jump(&[&even], &even), None);
     for (by, said) in [(3600 * S, "+3600.000 s"), (-30 * S, "-30.000 s")] {
         let set = clock(steady(1000, 1050, 0).chain(steady(1050, 1100, by)));
-        let text = jump(&[&even, &set], &even).unwrap();
+        let text = jump(&[&even, &set], &even).unwrap().text();
         assert!(
             text.contains("1 of 2 sonars") && text.contains(said),
             "{text}"
@@ -34,6 +34,18 @@ fn a_clock_that_was_set_is_told_from_messages_that_come_late() {
     let late = (0..100).map(|k| (S + k * S / 10, S + (k * S / 10).max(5 * S)));
     let late = clock(late);
     assert_eq!((jump(&[&late], &late), late.backward), (None, 0));
+}
+
+#[test]
+fn what_a_clock_set_back_does_to_the_stamps_is_told_once_with_what_to_replay() {
+    let set = clock(steady(1000, 1500, 0).chain(steady(1500, 2000, -30 * S)));
+    let found = jump(&[&set], &set).unwrap();
+    assert_eq!(
+        found.advice,
+        "--end 19.9 replays what lies before these times, --start 50.0 what lies behind"
+    );
+    assert_eq!(found.twice, [(120 * S - S / 100, 149_890_000_000)]);
+    assert_eq!(backward(&[&set], &set), None);
 }
 
 #[test]
@@ -50,10 +62,10 @@ fn clocks_that_differ_are_told_by_their_delays() {
 fn stamps_that_go_back_are_counted() {
     let shuffled = clock([(5 * S, 5 * S), (3 * S, 3 * S), (4 * S, 4 * S)]);
     assert_eq!(backward(&[&shuffled], &shuffled), None);
-    let set_back = clock([(5 * S, 1), (3 * S, 2), (4 * S, 3), (0, 4)]);
+    let set_back = clock([(5 * S, 1), (5 * S - S / 2, 2), (5 * S, 3), (0, 4)]);
     let text = backward(&[&set_back], &Clock::default()).unwrap();
     assert!(
-        text.contains("1 of ranges, 0 of odometry, by up to 2.000 s"),
+        text.contains("1 of ranges, 0 of odometry, by up to 0.500 s"),
         "{text}"
     );
 }
@@ -97,12 +109,17 @@ fn what_gaps_of_the_odometry_cost() {
 fn a_clock_set_back_with_the_recorders_is_told_from_parts_in_another_order() {
     let both = |range: std::ops::Range<i64>| range.map(|k| (k * S / 10, k * S / 10));
     let set_back = clock(both(100..200).chain(both(150..260)));
-    let text = returned(&[&set_back], &set_back).unwrap();
+    let found = returned(&[&set_back], &set_back).unwrap();
+    assert_eq!(found.twice, [(15 * S, 199 * S / 10)]);
+    let text = found.text();
     assert!(text.contains("once, by up to 4.900 s"), "{text}");
-    assert!(text.contains("twice at 4.900 s of the log"), "{text}");
+    assert!(
+        text.contains("4.900 s of stamps and times of recording come twice"),
+        "{text}"
+    );
     assert!(text.contains("; --end "), "{text}");
     let far_back = clock(both(1000..1100).chain(both(100..200)));
-    let text = returned(&[&far_back], &far_back).unwrap();
+    let text = returned(&[&far_back], &far_back).unwrap().text();
     assert!(text.contains("leave a hole of 80.100 s"), "{text}");
     let shuffled = clock(
         both(0..10)

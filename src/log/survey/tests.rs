@@ -10,6 +10,7 @@ fn report(topic: &str, role: Option<Role>, messages: u64) -> ChannelReport {
         messages,
         undecoded: 0,
         problem: None,
+        wanted: false,
     }
 }
 

@@ -9,6 +9,7 @@ use super::super::encode::RrdWriter;
 use super::super::style::{self, order, ui};
 use super::super::table::put_static;
 use crate::evaluate::{Evaluation, Truth};
+use crate::wording::counted;
 use crate::world::Reflector;
 
 /// The walls and points that are really there.
@@ -45,7 +46,10 @@ fn put_walls<W: Write>(
         if let Reflector::Line(index) = reflector
             && let Some(wall) = truth.world().walls().get(*index)
         {
-            let name = format!("wall {index} ({} echoes)", truth.echoes(*reflector));
+            let name = format!(
+                "wall {index} ({})",
+                counted(truth.echoes(*reflector), "echo")
+            );
             strips.push(([wall.start, wall.end].map(|end| origin.xy(end)), name));
         }
     }
@@ -67,7 +71,10 @@ fn put_points<W: Write>(
         if let Reflector::Point(index) = reflector
             && let Some(point) = truth.world().points().get(*index)
         {
-            let name = format!("point {index} ({} echoes)", truth.echoes(*reflector));
+            let name = format!(
+                "point {index} ({})",
+                counted(truth.echoes(*reflector), "echo")
+            );
             dots.push((origin.xy(*point), name));
         }
     }

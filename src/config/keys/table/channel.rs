@@ -8,6 +8,12 @@ use crate::config::keys::Unit::{Degrees, Plain};
 /// Its keys.
 pub const KEYS: &[Key] = &[
     key(
+        "channel.*.type",
+        Plain,
+        Any,
+        "type of the messages, where the log does not say it",
+    ),
+    key(
         "channel.*.range",
         Plain,
         Any,

@@ -50,6 +50,12 @@ pub const KEYS: &[Key] = &[
         "frame the odometry moves; default: its child_frame_id",
     ),
     key(
+        "input.world_frame",
+        Plain,
+        Any,
+        "frame the odometry is in, where there are several",
+    ),
+    key(
         "input.drop_repeats",
         Plain,
         Any,
