@@ -18,16 +18,13 @@ pub struct Places {
 }
 
 impl Places {
-    /// Finds the chunks of the index. An index that no checksum vouches for, or whose file has
-    /// changed in length, counts only where the chunk that it names really stands.
+    /// Finds the chunks of the index. Where each chunk that it names is, as long as a checksum vouches
+    /// for it, the file's length has not changed and one of them really stands there: writers err, too.
+    /// Else only those that stand.
     pub fn find<R: Read + Seek>(source: &mut Source<R>, summary: &Summary) -> io::Result<Self> {
         let mut places = Self::default();
         for index in &summary.chunks {
             places.written.insert(index.offset, *index);
-            if summary.verified && summary.shift == 0 {
-                places.certain.insert(index.offset, *index);
-                continue;
-            }
             for shift in [0, summary.shift] {
                 let offset = index.offset.saturating_add_signed(shift);
                 let moved = ChunkIndex { offset, ..*index };
@@ -35,6 +32,9 @@ impl Places {
                     places.certain.insert(offset, moved);
                 }
             }
+        }
+        if summary.verified && summary.shift == 0 && !places.certain.is_empty() {
+            places.certain.clone_from(&places.written);
         }
         Ok(places)
     }
