@@ -221,7 +221,7 @@ fn readings_without_a_stamp_take_the_time_they_were_recorded_at() {
     let run = bench.tmam(&unstamped, "replay {} --trace b");
     assert_eq!(run.code, 0);
     assert!(
-        run.stderr.contains("no stamp in their header"),
+        run.stderr.contains("no stamp in the header"),
         "{}",
         run.stderr
     );
