@@ -142,6 +142,11 @@ impl Windows {
         let gate = self.tried("opinion.gate", self.gate, gates, |gate| {
             self.label_with(gate, self.decisive)
         });
+        let why = if self.room == self.max_half_width {
+            "neither opinion.decisive nor opinion.gate alone can do it; a larger opinion.max_half_width might"
+        } else {
+            "neither opinion.decisive nor opinion.gate alone can do it"
+        };
         let mut changes = Vec::new();
         for name in ["contact", "intersection", "unidentified"] {
             if name == now.name() {
@@ -161,7 +166,7 @@ impl Windows {
                 changes.push(Change {
                     label: name,
                     needs: Vec::new(),
-                    impossible: Some("neither opinion.decisive nor opinion.gate alone can do it"),
+                    impossible: Some(why),
                 });
             }
         }

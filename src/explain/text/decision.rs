@@ -180,7 +180,7 @@ pub fn changes(told: &Explanation) -> String {
 
 fn how(told: &Explanation, change: &Change) -> String {
     if let Some(why) = change.impossible {
-        return format!("not by a single parameter: {why}");
+        return format!("not here: {why}");
     }
     // Windows may change their mind more than once; the rule's bounds and the sequence's do not.
     let by_windows = told.decided_by == "opinion" && is_triple(told);

@@ -77,10 +77,10 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
     }
     drawing.text([WIDTH / 2.0, HEIGHT + 32.0], super::layout::name(known));
     let levels = if high > low { LEVELS } else { 1 };
+    let decimals = decimals(column, (high - low) / (LEVELS - 1) as f64);
     for level in 0..levels {
         let share = level as f64 / (LEVELS - 1) as f64;
         let number = low + share * (high - low);
-        let decimals = column.decimals + usize::from(column.decimals == 0 && high - low < 4.0);
         let text = format!("{:.decimals$}", number * column.scale);
         drawing.text_before([-4.0, up(number)], text);
     }
@@ -89,4 +89,32 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
         is_flat: high <= low,
         drawing,
     })
+}
+
+/// How many decimals tell levels apart that are so far from each other, a column's own at the least.
+fn decimals(column: &Column, apart: f64) -> usize {
+    let apart = apart * column.scale;
+    let enough = |decimals: &usize| apart * libm::pow(10.0, *decimals as f64) >= 1.0;
+    let most = if apart > 0.0 {
+        column.decimals + 3
+    } else {
+        column.decimals
+    };
+    (column.decimals..most).find(enough).unwrap_or(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::columns;
+
+    #[test]
+    fn levels_that_differ_are_written_differently() {
+        let column = columns::columns(false).find(|column| column.name == "suspect_share");
+        let column = column.unwrap();
+        // A share of 0 to 0.2 %, told in percent with one decimal.
+        assert_eq!(decimals(column, 0.0005), 2);
+        assert_eq!(decimals(column, 0.05), 1);
+        assert_eq!(decimals(column, 0.0), 1);
+    }
 }

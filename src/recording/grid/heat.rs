@@ -17,7 +17,7 @@ pub fn draw(sweep: &Sweep, [along, up]: [usize; 2], column: &'static Column) -> 
     let axes = sweep.grid.axes();
     let (along_axis, up_axis) = (axes.get(along)?, axes.get(up)?);
     let (wide, high) = (along_axis.values.len(), up_axis.values.len());
-    let best = best_behind(sweep, [along, up], column)?;
+    let best = best_behind(sweep, [along, up])?;
     let value = |x: usize, y: usize| best.get(y * wide + x).copied().flatten();
     let numbers = || best.iter().flatten().filter_map(|score| (column.of)(score));
     let low = numbers().fold(f64::INFINITY, f64::min);
@@ -99,13 +99,9 @@ pub fn draw(sweep: &Sweep, [along, up]: [usize; 2], column: &'static Column) -> 
     })
 }
 
-/// The best score by `column` of the cells behind every place, row by row from the first value of
-/// `up` on.
-fn best_behind<'s>(
-    sweep: &'s Sweep,
-    [along, up]: [usize; 2],
-    column: &Column,
-) -> Option<Vec<Option<&'s Score>>> {
+/// The best score of the cells behind every place by the sweep's ranking, row by row from the first
+/// value of `up` on: the same cells in every picture.
+fn best_behind(sweep: &Sweep, [along, up]: [usize; 2]) -> Option<Vec<Option<&Score>>> {
     let count = |axis: usize| Some(sweep.grid.axes().get(axis)?.values.len());
     let (wide, high) = (count(along)?, count(up)?);
     let mut best: Vec<Option<&Score>> = vec![None; wide * high];
@@ -115,9 +111,7 @@ fn best_behind<'s>(
         let (Ok(score), Some(place)) = (&cell.score, best.get_mut(y * wide + x)) else {
             continue;
         };
-        if place.is_none_or(|held| column.compare(score, held).is_lt()) {
-            *place = Some(score);
-        }
+        place.get_or_insert(score);
     }
     Some(best)
 }
@@ -147,5 +141,22 @@ mod tests {
         assert_eq!((image.first(), image.last()), (Some(&3), Some(&2)));
         let long: Vec<[u8; 3]> = vec![[7; 3]; 5000];
         assert_eq!(pixels(&long, [5000, 1]).len(), image.len());
+    }
+
+    #[test]
+    fn every_place_shows_the_first_of_the_cells_behind_it() {
+        let sweep = super::super::tests::sweep(&[
+            ("frames.step", "0.1,0.5"),
+            ("triple.beta", "2,3"),
+            ("noise.sigma_pose", "0.002,0.02"),
+        ]);
+        let shown = best_behind(&sweep, [0, 1]).unwrap();
+        for (place, score) in shown.iter().enumerate() {
+            let (x, y) = (place % 2, place / 2);
+            let behind = |index| sweep.grid.places(index).starts_with(&[x, y]);
+            let mut ranked = sweep.cells.iter().filter(|cell| behind(cell.index));
+            let first = ranked.next().unwrap().score.as_ref().unwrap();
+            assert!(std::ptr::eq(score.unwrap(), first), "{x} {y}");
+        }
     }
 }

@@ -98,9 +98,9 @@ const HOW_TO_READ: &str = "\
 ## How to read it
 
 Every picture shows one number of the table for every cell of the grid. In heat maps yellow is the best cell \
-and dark blue the worst, whichever way is better; where more than two keys were swept, a place shows the best \
-cell behind it. Grey could not be replayed. Red frames, or lines, are the cells that are best by the ranking; \
-white is what is configured. Where numbers have no room in their cells, point at the dot in a cell to read its \
+and dark blue the worst, whichever way is better; where more than two keys were swept, a place shows the one \
+cell behind it that is best by the ranking, in every picture the same. Grey could not be replayed. Red frames, \
+or lines, are the cells that are best by the ranking; white is where the configured values lie. Where numbers have no room in their cells, point at the dot in a cell to read its \
 number.
 
 **bits** - what it takes to write down a reading to the millimetre when the map is known, the map included. A \

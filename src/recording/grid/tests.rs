@@ -7,7 +7,8 @@ use crate::config::Config;
 use crate::recording::tests::chunks;
 use crate::sweep::{Axis, Grid, Plan, Sweep, TruthSource};
 
-fn sweep(axes: &[(&str, &str)]) -> Sweep {
+/// A sweep of a sample.
+pub fn sweep(axes: &[(&str, &str)]) -> Sweep {
     let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_logs/room_step.mcap");
     let axes = axes
         .iter()

@@ -14,8 +14,9 @@ use crate::tmam::feature::{MapFeature, Point, Segment, Shape, Status};
 /// Chi2 with two degrees of freedom up to which a point is where two walls meet: one true corner in a
 /// thousand lies beyond.
 const GATE: f64 = 13.82;
-/// How far beyond the seen piece of a wall its corner may be, metres.
+/// How far beyond the seen piece of a wall its corner may be: metres, and lengths of the piece.
 const FARTHEST: f64 = 3.0;
+const MOST_LENGTHS: f64 = 2.0;
 /// Walls that foretell their corner less well than this say nothing of it, metres; else any point
 /// would do.
 const FORETOLD: f64 = 0.05;
@@ -114,7 +115,8 @@ fn reaches(segment: &Segment, point: &Point) -> bool {
     let normal = unit(segment.theta);
     let variance = covariance.m11 + normal.dot(&(point.covariance * normal));
     let way = (point.position - segment.mid).perp(&normal).abs();
-    local.x * local.x < GATE * variance && way < segment.half_length + FARTHEST
+    let beyond = FARTHEST.min(MOST_LENGTHS * 2.0 * segment.half_length);
+    local.x * local.x < GATE * variance && way < segment.half_length + beyond
 }
 
 /// A wall as seen from the middle of its piece, where distance and theta are nearly independent.

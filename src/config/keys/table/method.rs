@@ -76,7 +76,7 @@ pub const KEYS: &[Key] = &[
     key(
         "opinion.gate",
         Plain,
-        Above(0.0),
+        Between(0.0, 1000.0),
         "chi2 below which a line or a point explains a triple",
     ),
     key(

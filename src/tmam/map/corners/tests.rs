@@ -110,6 +110,10 @@ fn what_is_no_corner_is_left_alone() {
         wall(1, (4.0, 1.5), 0.0, SIGMA),
         point(2, 4.0, 3.0, 2.0 * MM),
     ];
+    let mut a_stub = room((4.0, 3.0));
+    if let Shape::Line(segment) = &mut a_stub[0].shape {
+        segment.half_length = 0.3;
+    }
     let nearly_parallel = vec![
         wall(0, (2.0, 3.0), FRAC_PI_2, SIGMA),
         wall(1, (2.0, 3.0), FRAC_PI_2 + 0.4, SIGMA),
@@ -126,6 +130,7 @@ fn what_is_no_corner_is_left_alone() {
         on_one_wall_only,
         tentative,
         far_from_what_was_seen,
+        a_stub,
         nearly_parallel,
         walls_that_say_nothing,
         Vec::new(),
