@@ -17,8 +17,8 @@ use crate::geometry::{Pose2, Vec2, unit};
 /// Radius of a robot whose sonars all sit in its middle, metres.
 const DEFAULT_RADIUS: f64 = 0.15;
 
-/// The pose in the recording's own frame.
-struct Place(Pose2);
+/// The pose in the recording's own frame; `None` where the robot is not shown.
+struct Place(Option<Pose2>);
 
 impl Instance for Place {
     fn columns(
@@ -26,11 +26,14 @@ impl Instance for Place {
         lengths: &[usize],
     ) -> SerializationResult<Vec<SerializedComponentColumn>> {
         let translations = places.iter().map(|place| {
-            let at = place.0.position();
+            let at = place.0.map_or_else(Vec2::zeros, |pose| pose.position());
             [at.x as f32, at.y as f32, 0.0]
         });
+        // A quaternion that is no rotation is how a thing is said to be nowhere.
         let turns = places.iter().map(|place| {
-            let half = unit(place.0.yaw / 2.0);
+            let half = place
+                .0
+                .map_or_else(Vec2::zeros, |pose| unit(pose.yaw / 2.0));
             Quaternion::from_xyzw([0.0, 0.0, half.y as f32, half.x as f32])
         });
         Ok(Transform3D::update_fields()
@@ -83,11 +86,22 @@ impl RobotTables {
         let origin = out.origin();
         let here = pose.position();
         let local = origin.local(here);
-        let place = Place(Pose2::new(local.x, local.y, pose.yaw));
-        self.place.push(at, [place], lines, out)?;
+        let place = Pose2::new(local.x, local.y, pose.yaw);
+        self.place.push(at, [Place(Some(place))], lines, out)?;
         let from = self.before.replace(here).unwrap_or(here);
         self.trajectory
             .push(at, [Leg([from, here].map(|p| origin.xy(p)))], lines, out)
+    }
+
+    /// From this frame on the robot is nowhere, until it is pushed again; its path has a gap there.
+    pub fn leave<W: Write>(
+        &mut self,
+        at: Moment,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        self.before = None;
+        self.place.push(at, [Place(None)], lines, out)
     }
 
     /// Writes what waits.
