@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rerun::external::re_log_encoding::{DecoderApp, RawRrdManifest};
 use rerun::log::{Chunk, LogMsg};
 use rerun::time::TimeType;
-use rerun::{Scalars, StateChange, StoreKind, Transform3D};
+use rerun::{LineStrips2D, Scalars, StateChange, StoreKind};
 
 pub use self::run::{chunks, drive, record, record_under, ring};
 use super::names::store_ids;

@@ -71,21 +71,21 @@ fn what_a_window_shows_ends_with_it() {
             .all(|(_, rows)| rows.contains_key(&61) && rows.contains_key(&141));
         assert!(ends, "{path}");
     }
-    // The robot is nowhere, and its path does not jump from window to window.
-    let turns = Transform3D::descriptor_quaternion().component;
-    let mut nowhere = Vec::new();
-    for chunk in chunks["/world/robot"]
-        .iter()
-        .filter(|chunk| !chunk.is_static())
-    {
-        let frames = chunk.iter_component_indices("frame".into(), turns);
-        for ((frame, _), turn) in frames.zip(chunk.iter_slices::<[f32; 4]>(turns)) {
-            if turn == [[0.0; 4]] {
-                nowhere.push(frame.as_i64());
-            }
-        }
+    // The robot comes and goes with its outline, and its path does not jump from window to window.
+    for (_, rows) in rows(&chunks["/world/robot/outline"]) {
+        let robots: Vec<(i64, bool)> = rows.iter().map(|(frame, len)| (*frame, *len > 0)).collect();
+        let expected = [(40, true), (61, false), (120, true), (141, false)];
+        assert_eq!(robots, expected);
     }
-    assert_eq!(nowhere, [61, 141]);
+    let held = chunks["/world/robot/outline"]
+        .iter()
+        .filter(|chunk| chunk.is_static());
+    let strips = LineStrips2D::descriptor_strips().component;
+    assert!(
+        held.flat_map(|chunk| chunk.components().get(strips))
+            .next()
+            .is_none()
+    );
     // What is suspect in a frame that is not shown is not drawn in it, either.
     if let Some(suspects) = chunks.get("/world/suspects") {
         for (_, rows) in rows(suspects) {
