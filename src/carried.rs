@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::features;
-use crate::golden::{Labels, LogInfo, write_labels};
+use crate::golden::{Labels, LogInfo, RangeNoise, write_labels};
 use crate::observer::Setting;
 use crate::recording::Carried;
 use crate::replay::Outcome;
@@ -21,7 +21,8 @@ pub fn carried(
     let unfit = |error: Box<dyn std::error::Error + Send + Sync>| Error::Report(error);
     let mut features = Vec::new();
     features::write(&mut features, setting, outcome).map_err(|error| unfit(Box::new(error)))?;
-    let labels = write_labels(log, labels).map_err(|error| unfit(Box::new(error)))?;
+    let noise = RangeNoise::of(outcome.variance_from, setting.config);
+    let labels = write_labels(log, noise, labels).map_err(|error| unfit(Box::new(error)))?;
     Ok(Carried {
         features: String::from_utf8(features).map_err(|error| unfit(Box::new(error)))?,
         labels: Some(labels),

@@ -86,7 +86,17 @@ pub fn pair(a: &Path, b: Option<&Path>, terms: &Terms) -> Result<Pair, Error> {
         [one] => notes.push(format!("labels are not compared: {one} holds none")),
         _ => notes.push("labels are not compared: neither side holds any".to_owned()),
     }
+    match [&a, &b].map(|side| side.results.noise.is_unknown()) {
+        [true, false] => notes.push(unrecorded_noise(&a)),
+        [false, true] => notes.push(unrecorded_noise(&b)),
+        _ => {}
+    }
     Ok(Pair { a, b, notes })
+}
+
+fn unrecorded_noise(side: &Side) -> String {
+    let file = side.path.display();
+    format!("the noise of the ranges is not compared: {file} does not record whether they tell it")
 }
 
 /// A log, replayed with the configuration of the results that it is compared with.

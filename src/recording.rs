@@ -141,13 +141,25 @@ impl<W: Write> Recording<W> {
             self.robot
                 .push(at, frame.world_from_robot, self.lines, out)?;
             self.hold.push(Held::new(at, frame, step));
-            self.evidence.await_frame(at, step);
+            let arcs = step.arcs.iter().map(|arc| arc.id);
+            self.evidence.await_frame(at, arcs.collect());
             self.suspects.pass(at);
+        } else if (frame.index.checked_sub(1)).is_some_and(|before| self.overlay.shows(before)) {
+            self.leave(at)?;
         }
         self.digest(at, step)?;
         self.judge(at, step)?;
         let lost = self.out.lost();
         self.lose(lost)
+    }
+
+    /// Ends what is shown: the viewer would go on showing the last frame before frames that are not.
+    fn leave(&mut self, at: Moment) -> Result<(), Error> {
+        self.robot.leave(at, self.lines, &mut self.out)?;
+        self.hold.push(Held::blank(at, self.seen.iter().copied()));
+        self.evidence.await_frame(at, Vec::new());
+        self.suspects.leave(at);
+        Ok(())
     }
 
     /// What a step decided, whether a frame came with it or not.

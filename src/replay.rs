@@ -136,13 +136,6 @@ impl<'a> Replay<'a> {
         &self.config
     }
 
-    /// The standard deviation of a range that the ranges themselves tell, metres; `None` where the
-    /// messages or the configuration say it, or nothing does.
-    pub fn measured_sigma(&self) -> Option<f64> {
-        let sigma = self.config.noise.sigma_abs;
-        sigma.filter(|_| self.variance_from == VarianceFrom::Ranges)
-    }
-
     /// The log.
     pub fn log(&self) -> &'a Log {
         self.log

@@ -29,6 +29,9 @@ pub fn annotations(reports: &[Report], notes: &[String], strict: bool) -> String
         })
         .collect();
     let mut text = String::new();
+    if reports.is_empty() {
+        text += &refused(&"no log falls into this part of the suite: nothing to judge");
+    }
     for line in chosen(&of_logs) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{line}");
@@ -38,6 +41,12 @@ pub fn annotations(reports: &[Report], notes: &[String], strict: bool) -> String
         let _ = writeln!(text, "::warning title=tmam check::{note}");
     }
     text
+}
+
+/// The line for a run that did not begin, or broke off.
+pub fn refused(why: &impl std::fmt::Display) -> String {
+    let why = data(&legible(&why.to_string()));
+    format!("::error title=tmam check::{why}\n")
 }
 
 /// The lines that are shown: every log's first, every log's second, and so on; those of one log

@@ -8,7 +8,7 @@ use super::suite::Job;
 use super::{Found, Report, Verdict};
 use crate::config::Config;
 use crate::error::{Error, INCOMPLETE};
-use crate::golden::{Difference, Golden, Results, compare};
+use crate::golden::{Difference, Golden, RangeNoise, Results, compare};
 use crate::legible::inert_line;
 use crate::log::{self, itemised};
 use crate::replay::ReplayError;
@@ -152,7 +152,8 @@ fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String
             unrecorded.join(", ")
         ));
     }
-    if let (None, Some(sigma)) = (golden.results.measured_sigma, actual.measured_sigma) {
+    if let (RangeNoise::Unknown, RangeNoise::Measured(sigma)) = (golden.results.noise, actual.noise)
+    {
         notes.push(format!(
             "the golden file does not record the noise of the ranges (`measured_sigma`), which they tell themselves: \
              {:.1} mm. So a change of it is not named. Bless again to record it",

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 
 use crate::geometry::{Vec2, unit};
 use crate::golden::{
-    Comparison, Difference, Feature, Geometry, Golden, LabelChange, LabelRun, Results, Set,
-    describe,
+    Comparison, Difference, Feature, FeatureDifference, Geometry, Golden, LabelChange, LabelRun,
+    Results, Set, describe,
 };
 use crate::recording::{Overlay, Sketched};
 use crate::wording::counted;
@@ -22,7 +22,7 @@ pub fn overlay(
     comparison: &Comparison,
     around: Option<u32>,
 ) -> Overlay {
-    let changed = || comparison.features(Set::Map);
+    let elsewhere = || (comparison.features(Set::Map)).filter(|one| one.is_elsewhere());
     // What is in no frame, as another log's events, is looked for in all of them.
     let everywhere = (comparison.differences.iter()).any(|one| one.frames().is_none());
     let only = around
@@ -31,18 +31,29 @@ pub fn overlay(
         .filter(|windows| !windows.is_empty());
     Overlay {
         golden: golden.results.map.iter().filter_map(sketched).collect(),
-        before: changed()
+        before: elsewhere()
             .filter_map(|one| sketched(one.golden.as_ref()?))
             .collect(),
-        now: changed()
-            .filter_map(|one| sketched(one.actual.as_ref()?))
-            .collect(),
+        now: elsewhere().filter_map(now).collect(),
         labels: labels(comparison),
         notes: notes(actual, comparison),
         first_frame: comparison.first_frame().or(Some(0)),
         about: about(golden, comparison, around, only.is_some()),
         only,
     }
+}
+
+/// A feature as it is, by the name that the differences give it: that of the golden file.
+fn now(one: &FeatureDifference) -> Option<Sketched> {
+    let now = one.actual.as_ref()?;
+    let sketched = sketched(now)?;
+    let name = match &one.golden {
+        Some(golden) if golden.id != now.id => {
+            format!("{} {} (now {})", golden.kind.name(), golden.id, now.id)
+        }
+        _ => sketched.name,
+    };
+    Some(Sketched { name, ..sketched })
 }
 
 fn sketched(feature: &Feature) -> Option<Sketched> {
@@ -172,7 +183,37 @@ fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>, narrowed
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::golden::{Mark, StrayedArc, Tolerance};
+    use crate::golden::{Mark, StrayedArc, Tolerance, compare};
+
+    #[test]
+    fn only_what_is_elsewhere_is_drawn_as_that_and_by_the_name_in_the_text() {
+        let wall = |id, y, readings| Feature {
+            id,
+            readings,
+            ..Feature::wall([0.0, y], [4.0, y])
+        };
+        let results = |map| Results {
+            map,
+            ..Results::default()
+        };
+        let then = results(vec![
+            wall(10, 1.0, 20),
+            wall(11, 3.0, 20),
+            wall(12, 9.0, 20),
+        ]);
+        let actual = results(vec![
+            wall(11, 1.05, 20),
+            wall(12, 3.0, 40),
+            wall(13, -5.0, 20),
+        ]);
+        let comparison = compare(&then, &actual, &Tolerance::default());
+        assert_eq!(comparison.differences.len(), 4);
+        let golden = Golden::new(None, None, Tolerance::default(), then);
+        let over = overlay(&golden, &actual, &comparison, None);
+        let names = |all: &[Sketched]| all.iter().map(|one| one.name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&over.before), ["line 10", "line 12"]);
+        assert_eq!(names(&over.now), ["line 10 (now 11)", "line 13"]);
+    }
 
     #[test]
     fn differences_in_no_frame_are_shown_in_all_of_them() {

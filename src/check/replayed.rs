@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::golden::{Collector, LogInfo, Results};
+use crate::golden::{Collector, LogInfo, RangeNoise, Results};
 use crate::log::{self, Log};
 use crate::observer::Observer;
 use crate::replay::Replay;
@@ -36,7 +36,7 @@ pub fn replay(path: &Path, config: &Config) -> Result<Replayed, Error> {
             replay.run(&mut observers)?
         };
         let results = Results {
-            measured_sigma: replay.measured_sigma(),
+            noise: RangeNoise::of(outcome.variance_from, replay.config()),
             ..collector.finish(&outcome)
         };
         (results, outcome.tally.echoes)

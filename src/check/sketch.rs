@@ -13,7 +13,7 @@ const ASPECT: f64 = 2.0;
 /// The golden map, and over it what moved: `.` as it was, `-` what moved or is missing, `#` what
 /// moved or is new. Points are `o` where they are as they were.
 pub fn sketch(golden: &[Feature], comparison: &Comparison) -> String {
-    let changed = || comparison.features(Set::Map);
+    let changed = || (comparison.features(Set::Map)).filter(|one| one.is_elsewhere());
     let layers: Vec<(Vec<Vec2>, char)> = golden
         .iter()
         .map(|feature| (places(feature), if is_point(feature) { 'o' } else { '.' }))

@@ -83,6 +83,14 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<u8, Error> {
+        let outcome = self.check();
+        if let (Err(error), true) = (&outcome, in_github()) {
+            print_aside(&annotations::refused(error))?;
+        }
+        outcome
+    }
+
+    fn check(self) -> Result<u8, Error> {
         let with_artifacts = self.artifacts.is_some();
         let options = Options {
             logs: self.logs,
@@ -128,7 +136,7 @@ impl Args {
         });
         files.write(&reports, suite.notes(), self.strict)?;
 
-        let errors = if std::env::var("GITHUB_ACTIONS").is_ok_and(|value| is_set(&value)) {
+        let errors = if in_github() {
             annotations::annotations(&reports, suite.notes(), self.strict)
         } else {
             String::new()
@@ -146,6 +154,10 @@ impl Args {
         printed?;
         Ok(exit_code(&reports))
     }
+}
+
+fn in_github() -> bool {
+    std::env::var("GITHUB_ACTIONS").is_ok_and(|value| is_set(&value))
 }
 
 /// What can be wrong with what is given, once the reports can say so.

@@ -65,12 +65,13 @@ fn recorded(path: &Path) -> Result<Side, Error> {
     let mut side = results(path, carried.features.as_bytes())?;
     side.kind = Kind::Recording;
     if let Some(text) = carried.labels {
-        let (log, labels) = read_labels(&text).map_err(|reason| DiffError::Malformed {
+        let file = read_labels(&text).map_err(|reason| DiffError::Malformed {
             path: path.to_owned(),
             reason,
         })?;
-        side.log = Some(log);
-        side.results.labels = Some(labels);
+        side.log = Some(file.log);
+        side.results.noise = file.noise;
+        side.results.labels = Some(file.labels);
     }
     Ok(side)
 }

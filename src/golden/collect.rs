@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::range_noise::RangeNoise;
 use super::results::{Feature, LabelledArc, Labels, Margin, Mark, Measured, Results, micro};
 use crate::event::{Sonar, SonarId};
 use crate::frames::Frame;
@@ -60,7 +61,7 @@ impl Collector {
                 .map(|extraction| self.extracted(extraction))
                 .collect(),
             labels: Some(self.labels),
-            measured_sigma: None,
+            noise: RangeNoise::Unknown,
         }
     }
 

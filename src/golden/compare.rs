@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::difference::{Change, Comparison, Difference, FeatureDifference, Set, Value};
 use super::labels::compare_labels;
 use super::pairing::{pairs, signed_like};
+use super::range_noise::compare_noise;
 use super::results::{Feature, Geometry, Results};
 use super::sonars::compare_sonars;
 use super::tolerance::Tolerance;
@@ -16,10 +17,8 @@ use crate::geometry::{Vec2, unit, wrap_angle};
 /// labels by sonar and stamp, where both sides have labels.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
     let mut found = Comparison::default();
-    if let (Some(golden), Some(actual)) = (golden.measured_sigma, actual.measured_sigma) {
-        let noise = deviation("measured sigma", golden, actual, tolerance.sigma);
-        found.differences.extend(noise.map(Difference::Noise));
-    }
+    let noise = compare_noise(golden.noise, actual.noise, tolerance);
+    found.differences.extend(noise.map(Difference::Noise));
     if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
         let sonars = compare_sonars(golden, actual, tolerance);
         found
@@ -201,7 +200,12 @@ pub(super) fn angle(
     })
 }
 
-fn deviation(what: &'static str, golden: f64, actual: f64, tolerance: f64) -> Option<Change> {
+pub(super) fn deviation(
+    what: &'static str,
+    golden: f64,
+    actual: f64,
+    tolerance: f64,
+) -> Option<Change> {
     let delta = (actual - golden) / golden.abs().max(1e-6);
     beyond((actual - golden).abs(), tolerance * golden.abs()).then_some(Change {
         what,

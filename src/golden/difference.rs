@@ -188,6 +188,13 @@ impl FeatureDifference {
         }
     }
 
+    /// Whether it is not where it was: it moved, or is there on one side only.
+    pub fn is_elsewhere(&self) -> bool {
+        let moved =
+            |change: &Change| matches!(change.value, Value::Length { .. } | Value::Angle { .. });
+        self.state() != State::Changed || self.changes.iter().any(moved)
+    }
+
     /// The feature: as it was where it is known, else as it is.
     pub fn feature(&self) -> Option<&Feature> {
         self.golden.as_ref().or(self.actual.as_ref())

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::range_noise::RangeNoise;
 use super::results::{Feature, Results, micro};
 use super::rows::KindName;
 use crate::tmam::feature::Kind;
@@ -122,7 +123,7 @@ impl FeaturesFile {
             map,
             extracted,
             labels: None,
-            measured_sigma: None,
+            noise: RangeNoise::Unknown,
         })
     }
 }

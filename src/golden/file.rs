@@ -11,6 +11,7 @@ use super::digest::digest;
 use super::error::GoldenError;
 use super::label_table::LabelTable;
 use super::layout::render;
+use super::range_noise::RangeNoise;
 use super::results::Results;
 use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
@@ -78,8 +79,8 @@ struct File {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     config: Option<Config>,
     tolerances: Tolerance,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    measured_sigma: Option<f64>,
+    #[serde(default, skip_serializing_if = "RangeNoise::is_unknown")]
+    measured_sigma: RangeNoise,
     map: Rows,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     features: Option<Rows>,
@@ -159,7 +160,7 @@ impl Golden {
             log: self.log.clone(),
             config: self.config.clone(),
             tolerances: self.tolerances,
-            measured_sigma: self.results.measured_sigma,
+            measured_sigma: self.results.noise,
             map: self.results.map.as_slice().into(),
             features: Some(Rows::from(self.results.extracted.as_slice()))
                 .filter(|_| self.log.is_some() || !self.results.extracted.is_empty()),
@@ -248,7 +249,7 @@ impl File {
                 map: self.map.into(),
                 extracted: self.features.map(Vec::from).unwrap_or_default(),
                 labels,
-                measured_sigma: self.measured_sigma,
+                noise: self.measured_sigma,
             },
         })
     }

@@ -9,7 +9,8 @@ use super::file::Golden;
 use super::results::Results;
 use super::text::describe;
 use super::tolerance::{Tolerance, ToleranceError};
-use crate::output::{Output, OutputError};
+use crate::legible::inert_line;
+use crate::output::{Output, OutputError, make_room};
 use crate::wording::counted;
 
 /// The environment variable that, set to 1, makes [`hold`] write the golden file.
@@ -53,6 +54,17 @@ pub enum HoldError {
     /// A golden file must not be written where nobody looks.
     #[error("{UPDATE} is set, and so is CI: golden files are blessed by people. Unset {UPDATE}")]
     InCi,
+    /// A log's golden file holds far more, and would be lost.
+    #[error(
+        "{} is the golden file of a log, {log}, and no place for the results of a test: name another file. \
+         A log's is written with `tmam check LOG --golden DIR --bless`", path.display()
+    )]
+    OfALog {
+        /// The golden file.
+        path: PathBuf,
+        /// The log.
+        log: String,
+    },
     /// The golden file is no golden file.
     #[error(transparent)]
     Golden(#[from] GoldenError),
@@ -87,7 +99,7 @@ pub fn hold(
             path: path.to_owned(),
         });
     }
-    let (golden, _) = Golden::read(path)?;
+    let golden = of_a_test(path)?;
     if golden.results.is_empty() && actual.is_empty() {
         return Err(HoldError::Empty {
             path: path.to_owned(),
@@ -107,6 +119,18 @@ pub fn hold(
     })
 }
 
+/// A golden file that was made from no log.
+fn of_a_test(path: &Path) -> Result<Golden, HoldError> {
+    let (golden, _) = Golden::read(path)?;
+    match &golden.log {
+        None => Ok(golden),
+        Some(log) => Err(HoldError::OfALog {
+            path: path.to_owned(),
+            log: inert_line(&log.file),
+        }),
+    }
+}
+
 /// Whether an environment variable's value means yes.
 pub fn is_set(value: &str) -> bool {
     let value = value.trim().to_ascii_lowercase();
@@ -122,10 +146,11 @@ fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Outcome
     tolerance.check()?;
     // Somebody who looked at the file may have set them there.
     let tolerances = match path.exists() {
-        true => Golden::read(path)?.0.tolerances,
+        true => of_a_test(path)?.tolerances,
         false => *tolerance,
     };
     let bytes = Golden::new(None, None, tolerances, actual.clone()).render()?;
+    make_room(path)?;
     let mut out = Output::create(path)?;
     out.write_all(&bytes).map_err(|source| out.failed(source))?;
     out.commit()?;
@@ -145,6 +170,41 @@ mod tests {
         for yes in ["1", "true", "True", "yes", "github"] {
             assert!(is_set(yes), "{yes}");
         }
+    }
+
+    #[test]
+    fn the_golden_file_of_a_log_is_neither_held_to_nor_written_over() {
+        let sample = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/golden/room_step.golden.json"
+        );
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("room_step.golden.json");
+        std::fs::copy(sample, &path).unwrap();
+        let found = Results::of_map([Feature::point(1.0, 2.0)]);
+        for refused in [
+            hold(&path, &found, &Tolerance::default()),
+            write(&path, &found, &Tolerance::default()),
+        ] {
+            assert!(
+                matches!(refused, Err(HoldError::OfALog { .. })),
+                "{refused:?}"
+            );
+        }
+        assert_eq!(
+            std::fs::read(&path).unwrap(),
+            std::fs::read(sample).unwrap()
+        );
+    }
+
+    #[test]
+    fn the_folder_of_a_new_golden_file_is_made() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("tests/golden/a.golden.json");
+        let found = Results::of_map([Feature::point(1.0, 2.0)]);
+        let written = write(&path, &found, &Tolerance::default()).unwrap();
+        assert_eq!(written, Outcome::Written);
+        assert!(path.is_file());
     }
 
     #[test]

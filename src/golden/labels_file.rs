@@ -6,16 +6,30 @@ use super::coding::{decode_steps, encode_steps};
 use super::file::LogInfo;
 use super::label_table::LabelTable;
 use super::layout::render;
+use super::range_noise::RangeNoise;
 use super::results::Labels;
 use crate::schema::in_words;
 
 /// The format's name and version.
 const SCHEMA: &str = "tmam.labels/1";
 
+/// What such a file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelsFile {
+    /// The log that the labels are of.
+    pub log: LogInfo,
+    /// The noise of its ranges.
+    pub noise: RangeNoise,
+    /// The label of every arc.
+    pub labels: Labels,
+}
+
 #[derive(Serialize, Deserialize)]
 struct File {
     schema: String,
     log: LogInfo,
+    #[serde(default, skip_serializing_if = "RangeNoise::is_unknown")]
+    measured_sigma: RangeNoise,
     /// The stamps of the frames, coded as those of the arcs.
     frames: Option<Frames>,
     labels: LabelTable,
@@ -27,15 +41,20 @@ struct Frames {
     steps_ms: String,
 }
 
-/// The labels as text, with the log that they are of.
+/// The labels as text, with the log that they are of and the noise of its ranges.
 ///
 /// # Errors
 /// When they cannot be JSON.
-pub fn write_labels(log: &LogInfo, labels: &Labels) -> Result<String, serde_json::Error> {
+pub fn write_labels(
+    log: &LogInfo,
+    noise: RangeNoise,
+    labels: &Labels,
+) -> Result<String, serde_json::Error> {
     let first = labels.frame_stamps.first();
     let text = render(&File {
         schema: SCHEMA.to_owned(),
         log: log.clone(),
+        measured_sigma: noise,
         frames: first.map(|first_ns| Frames {
             first_ns: *first_ns,
             steps_ms: encode_steps(&labels.frame_stamps),
@@ -45,11 +64,11 @@ pub fn write_labels(log: &LogInfo, labels: &Labels) -> Result<String, serde_json
     Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
-/// The labels behind such a text, and the log that they are of.
+/// What is behind such a text.
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn read_labels(text: &str) -> Result<(LogInfo, Labels), String> {
+pub fn read_labels(text: &str) -> Result<LabelsFile, String> {
     let file: File = serde_json::from_str(text).map_err(|error| in_words(&error))?;
     if file.schema != SCHEMA {
         return Err(format!(
@@ -61,7 +80,11 @@ pub fn read_labels(text: &str) -> Result<(LogInfo, Labels), String> {
     if let Some(frames) = file.frames {
         labels.frame_stamps = decode_steps(frames.first_ns, &frames.steps_ms)?;
     }
-    Ok((file.log, labels))
+    Ok(LabelsFile {
+        log: file.log,
+        noise: file.measured_sigma,
+        labels,
+    })
 }
 
 #[cfg(test)]
@@ -87,8 +110,20 @@ mod tests {
             file: "a.mcap".to_owned(),
             events_sha256: "0".to_owned(),
         };
-        let text = write_labels(&log, &labels).unwrap();
-        assert_eq!(read_labels(&text).unwrap(), (log, labels.clone()));
+        for noise in [
+            RangeNoise::Unknown,
+            RangeNoise::Given,
+            RangeNoise::Measured(0.0035),
+        ] {
+            let text = write_labels(&log, noise, &labels).unwrap();
+            let expected = LabelsFile {
+                log: log.clone(),
+                noise,
+                labels: labels.clone(),
+            };
+            assert_eq!(read_labels(&text).unwrap(), expected);
+        }
+        let text = write_labels(&log, RangeNoise::Given, &labels).unwrap();
         assert_eq!(labels.frame_at(25), Some(1));
         let newer = text.replace("tmam.labels/1", "tmam.labels/2");
         assert!(read_labels(&newer).unwrap_err().contains("tmam.labels/2"));

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::range_noise::RangeNoise;
 use crate::geometry::{Vec2, direction, unit, wrap_angle};
 use crate::tmam::feature::Kind;
 
@@ -17,9 +18,8 @@ pub struct Results {
     pub extracted: Vec<Feature>,
     /// The label of every arc; `None` where labels are not known.
     pub labels: Option<Labels>,
-    /// Standard deviation of a range as the ranges themselves tell it, metres; `None` where messages
-    /// or the configuration say it, or it is not known.
-    pub measured_sigma: Option<f64>,
+    /// The noise of the ranges.
+    pub noise: RangeNoise,
 }
 
 /// A line segment or a point.

@@ -1,31 +1,58 @@
 //! Sonars against sonars: are they where they were, and do they measure what they did?
 
 use super::compare::{angle, length};
-use super::difference::SonarDifference;
+use std::collections::BTreeSet;
+
+use super::difference::{Change, SonarDifference, Value};
 use super::results::{Labels, Measured};
 use super::tolerance::Tolerance;
 
-/// The sonars that are mounted or measure otherwise. One that is not there on both sides is left to
-/// the labels, which are gone or new.
+/// The sonars that are gone, new, mounted otherwise or measure otherwise.
 pub fn compare_sonars(
     golden: &Labels,
     actual: &Labels,
     tolerance: &Tolerance,
 ) -> Vec<SonarDifference> {
-    let pairs = golden
-        .measured
-        .iter()
-        .filter_map(|(sensor, then)| Some((sensor, then, actual.measured.get(sensor)?)));
-    pairs
-        .map(|(sensor, then, now)| SonarDifference {
+    let sensors: BTreeSet<&String> = [golden, actual]
+        .into_iter()
+        .flat_map(|labels| labels.sonars.keys().chain(labels.measured.keys()))
+        .collect();
+    let of = |sensor: &String| {
+        let [then, now] = [golden, actual].map(|labels| labels.sonars.get(sensor).map(Vec::len));
+        match (then, now) {
+            (Some(arcs), None) => vec![count(
+                arcs.to_string(),
+                "none, the sonar is gone".to_owned(),
+            )],
+            (None, Some(arcs)) => vec![count(
+                "none".to_owned(),
+                format!("{arcs}, the sonar is new"),
+            )],
+            _ => golden
+                .measured
+                .get(sensor)
+                .zip(actual.measured.get(sensor))
+                .map_or_else(Vec::new, |(then, now)| changes(then, now, tolerance)),
+        }
+    };
+    sensors
+        .into_iter()
+        .map(|sensor| SonarDifference {
             sensor: sensor.clone(),
-            changes: changes(then, now, tolerance),
+            changes: of(sensor),
         })
         .filter(|difference| !difference.changes.is_empty())
         .collect()
 }
 
-fn changes(then: &Measured, now: &Measured, tolerance: &Tolerance) -> Vec<super::Change> {
+fn count(golden: String, actual: String) -> Change {
+    Change {
+        what: "arcs",
+        value: Value::Word { golden, actual },
+    }
+}
+
+fn changes(then: &Measured, now: &Measured, tolerance: &Tolerance) -> Vec<Change> {
     let ([x, y, yaw], [u, v, turned]) = (then.mount, now.mount);
     [
         length("mount x", x, u, tolerance.position),
@@ -40,7 +67,34 @@ fn changes(then: &Measured, now: &Measured, tolerance: &Tolerance) -> Vec<super:
 
 #[cfg(test)]
 mod tests {
+    use super::super::difference::Difference;
+    use super::super::results::{LabelledArc, Mark};
+    use super::super::text::describe;
     use super::*;
+
+    #[test]
+    fn a_sonar_that_is_gone_or_new_is_named_in_a_line() {
+        let arc = LabelledArc {
+            stamp_ns: 0,
+            mark: Mark::Contact,
+            frame: None,
+            margin: None,
+            reason: None,
+        };
+        let with = |name: &str| Labels {
+            sonars: [
+                ("left".to_owned(), vec![arc]),
+                (name.to_owned(), vec![arc; 3]),
+            ]
+            .into(),
+            ..Labels::default()
+        };
+        let found = compare_sonars(&with("front"), &with("rear"), &Tolerance::default());
+        let text = |at: usize| describe(&Difference::Sonar(found[at].clone()), None);
+        assert_eq!(found.len(), 2);
+        assert_eq!(text(0), "front: arcs 3 -> none, the sonar is gone");
+        assert_eq!(text(1), "rear: arcs none -> 3, the sonar is new");
+    }
 
     #[test]
     fn a_sonar_that_turned_or_measures_otherwise_is_named_with_what_changed() {

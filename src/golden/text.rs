@@ -125,32 +125,33 @@ fn change(change: &Change) -> String {
             actual,
             delta,
             tolerance,
-        } => format!(
-            "{what} {golden:.4} -> {actual:.4} m ({delta:+.4}, tolerance {})",
-            decimals(*tolerance)
-        ),
+        } => {
+            let tolerance = decimals(*tolerance);
+            let n = digits(*delta, &tolerance, 4);
+            format!("{what} {golden:.n$} -> {actual:.n$} m ({delta:+.n$}, tolerance {tolerance})")
+        }
         Value::Angle {
             golden,
             actual,
             delta,
             tolerance,
-        } => format!(
-            "{what} {:.2} -> {:.2} deg ({:+.2}, tolerance {})",
-            golden.to_degrees(),
-            actual.to_degrees(),
-            delta.to_degrees(),
-            decimals(tolerance.to_degrees())
-        ),
+        } => {
+            let tolerance = decimals(tolerance.to_degrees());
+            let [golden, actual, delta] = [golden, actual, delta].map(|x| x.to_degrees());
+            let n = digits(delta, &tolerance, 2);
+            format!("{what} {golden:.n$} -> {actual:.n$} deg ({delta:+.n$}, tolerance {tolerance})")
+        }
         Value::Deviation {
             golden,
             actual,
             delta,
             tolerance,
-        } => format!(
-            "{what} {golden:.6} -> {actual:.6} ({:+.0} %, tolerance {} %)",
-            delta * 100.0,
-            (tolerance * 1e4).round() / 100.0
-        ),
+        } => {
+            let tolerance = ((tolerance * 1e4).round() / 100.0).to_string();
+            let percent = delta * 100.0;
+            let n = digits(percent, &tolerance, 0);
+            format!("{what} {golden:.6} -> {actual:.6} ({percent:+.n$} %, tolerance {tolerance} %)")
+        }
         Value::Count {
             golden,
             actual,
@@ -161,6 +162,15 @@ fn change(change: &Change) -> String {
         ),
         Value::Word { golden, actual } => format!("{what} {golden} -> {actual}"),
     }
+}
+
+/// How many decimals show that `delta` is more than the tolerance as it is written: `least`, where that
+/// is enough.
+fn digits(delta: f64, tolerance: &str, least: usize) -> usize {
+    const MOST: usize = 7;
+    let allowed: f64 = tolerance.parse().unwrap_or_default();
+    let shown = |n: usize| format!("{:.n$}", delta.abs()).parse().unwrap_or(f64::NAN);
+    (least..MOST).find(|n| shown(*n) > allowed).unwrap_or(MOST)
 }
 
 /// Three decimals, or as many as show what there is.
@@ -235,4 +245,44 @@ pub fn counts(golden: &Labels, actual: &Labels) -> String {
             }
         })
         .join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_just_out_of_tolerance_does_not_read_as_within() {
+        let length = |golden: f64, actual: f64| {
+            change(&Change {
+                what: "rho",
+                value: Value::Length {
+                    golden,
+                    actual,
+                    delta: actual - golden,
+                    tolerance: 0.01,
+                },
+            })
+        };
+        assert_eq!(
+            length(0.0071, -0.00294),
+            "rho 0.00710 -> -0.00294 m (-0.01004, tolerance 0.010)"
+        );
+        assert_eq!(
+            length(1.2043, 1.2391),
+            "rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010)"
+        );
+        let (golden, actual) = (0.0_f64, 0.0100873);
+        let angle = Value::Angle {
+            golden,
+            actual,
+            delta: actual,
+            tolerance: 0.01,
+        };
+        let angle = change(&Change {
+            what: "theta",
+            value: angle,
+        });
+        assert_eq!(angle, "theta 0.00 -> 0.58 deg (+0.58, tolerance 0.573)");
+    }
 }

@@ -106,6 +106,9 @@ pub enum OpenError {
     /// It is a pipe or a device: the end of a log is read first.
     #[error("it is a pipe or a device, which cannot be read from any place")]
     NoFile,
+    /// It is a file of 0 bytes.
+    #[error("it is empty: 0 bytes")]
+    Empty,
     /// It is something else.
     #[error("it neither begins nor ends with the MCAP magic bytes")]
     NotMcap,
@@ -121,12 +124,16 @@ pub fn walk(
     visit: &mut dyn FnMut(&Channel, RawMessage<'_>),
 ) -> Result<Vec<Loss>, OpenError> {
     // Opening a pipe would wait for a writer.
-    let kind = std::fs::metadata(path)?.file_type();
+    let metadata = std::fs::metadata(path)?;
+    let kind = metadata.file_type();
     if kind.is_dir() {
         return Err(io::Error::from(io::ErrorKind::IsADirectory).into());
     }
     if !kind.is_file() {
         return Err(OpenError::NoFile);
+    }
+    if metadata.len() == 0 {
+        return Err(OpenError::Empty);
     }
     walk_in(File::open(path)?, unchecked, visit)
 }

@@ -25,6 +25,12 @@ pub enum LogError {
         /// Why.
         source: std::io::Error,
     },
+    /// Nothing is in it.
+    #[error("{} is empty: it has 0 bytes. Copy or record it again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file is something else.
     #[error(
         "{} is not an MCAP file: it does not begin with the MCAP magic bytes. Convert other logs \

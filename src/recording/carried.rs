@@ -35,6 +35,9 @@ pub enum CarriedError {
     /// The file cannot be read.
     #[error("it cannot be read: {0}")]
     Read(#[from] std::io::Error),
+    /// It cannot be read twice, nor from any place.
+    #[error("it is a pipe or a device, and a recording is read from a file: save it as one")]
+    NoFile,
     /// The file ends before the recording does.
     #[error("it is cut off: {bytes} bytes, and the recording goes on")]
     CutOff {
@@ -55,6 +58,14 @@ pub enum CarriedError {
         /// What is wrong.
         reason: String,
     },
+    /// The file goes on after the recording.
+    #[error("{bytes} bytes that are no recording follow its end, at byte {at}")]
+    GoesOn {
+        /// Where it ends.
+        at: u64,
+        /// What follows.
+        bytes: u64,
+    },
     /// Several recordings in one file.
     #[error("it holds more than one recording; give each in a file of its own")]
     Several,
@@ -66,13 +77,19 @@ pub enum CarriedError {
     },
     /// One of ours that shows no run, or from before recordings carried results.
     #[error(
-        "it carries no results: it shows a sweep, or an older tmam wrote it ({writer}; this is tmam {})",
-        env!("CARGO_PKG_VERSION")
+        "it carries no results: it shows a sweep{}",
+        if *.writer == this() { String::new() }
+        else { format!(", or an older tmam wrote it ({writer}; this is {})", this()) }
     )]
     Nothing {
         /// What wrote it.
         writer: String,
     },
+}
+
+/// What recordings say that wrote them.
+pub(super) fn this() -> String {
+    format!("tmam {}", env!("CARGO_PKG_VERSION"))
 }
 
 impl Carried {
@@ -92,6 +109,10 @@ impl Carried {
     /// # Errors
     /// A file that is no whole recording of one run.
     pub fn read(path: &Path) -> Result<Self, CarriedError> {
+        // Opening a pipe would wait for a writer.
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(CarriedError::NoFile);
+        }
         let file = File::open(path)?;
         let len = file.metadata()?.len();
         find(BufReader::new(file), len)

@@ -21,6 +21,7 @@ use rerun::log::{Chunk, ChunkComponents, ChunkId, RowId, TimeColumn};
 use rerun::{EntityPath, SerializedComponentColumn, StoreId, Timeline};
 
 use super::Error;
+use super::carried::this;
 use super::live::{Live, LiveError};
 use super::origin::Origin;
 
@@ -126,7 +127,7 @@ impl<W: Write> RrdWriter<W> {
                 row_id: writer.ids.next(),
                 info: StoreInfo::new(
                     writer.manifest(store).id.clone(),
-                    StoreSource::Other(format!("tmam {}", env!("CARGO_PKG_VERSION"))),
+                    StoreSource::Other(this()),
                 ),
             });
             writer.show(&message);

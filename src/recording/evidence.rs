@@ -23,7 +23,6 @@ use super::table::{Instance, Moment, Table, Timelines};
 use crate::event::Sonar;
 use crate::rounding::rounded;
 use crate::tmam::arc::ArcId;
-use crate::tmam::step::Step;
 use crate::tmam::stream::Judgement;
 use crate::tmam::triple::Evidence;
 
@@ -146,9 +145,8 @@ impl EvidenceTable {
         }
     }
 
-    /// Adds a frame that is drawn.
-    pub fn await_frame(&mut self, at: Moment, step: &Step) {
-        let arcs = step.arcs.iter().map(|arc| arc.id).collect();
+    /// Adds a frame that is drawn, with its arcs.
+    pub fn await_frame(&mut self, at: Moment, arcs: Vec<ArcId>) {
         self.waiting.push_back((at, arcs));
     }
 

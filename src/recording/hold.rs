@@ -55,6 +55,19 @@ impl Held {
         }
     }
 
+    /// A frame in which these sonars gave nothing.
+    pub fn blank(moment: Moment, sonars: impl Iterator<Item = SonarId>) -> Self {
+        let nothing = |sonar| Cell {
+            sonar,
+            arc: None,
+            verdict: None,
+        };
+        Self {
+            moment,
+            cells: sonars.map(nothing).collect(),
+        }
+    }
+
     fn decided(&self) -> bool {
         self.cells
             .iter()

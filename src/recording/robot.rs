@@ -41,6 +41,23 @@ impl Instance for Place {
     }
 }
 
+type Strip = Vec<[f32; 2]>;
+
+/// A strip of the outline, in the robot's frame.
+struct Stroke(Strip);
+
+impl Instance for Stroke {
+    fn columns(
+        strokes: Vec<Self>,
+        lengths: &[usize],
+    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
+        Ok(LineStrips2D::update_fields()
+            .with_strips(strokes.into_iter().map(|stroke| stroke.0))
+            .columns(lengths.iter().copied())?
+            .collect())
+    }
+}
+
 struct Leg([[f32; 2]; 2]);
 
 impl Instance for Leg {
@@ -58,15 +75,22 @@ impl Instance for Leg {
 /// The robot's pose and its path, a leg per frame: the view shows all legs up to the cursor.
 pub struct RobotTables {
     before: Option<Vec2>,
+    // Whether the outline that comes and goes is there.
+    shown: bool,
+    outline_on_robot: Vec<Strip>,
+    outline: Table<Stroke>,
     place: Table<Place>,
     trajectory: Table<Leg>,
 }
 
 impl RobotTables {
-    /// A robot that has not moved yet.
-    pub fn new() -> Self {
+    /// A robot that has not moved yet. Its outline `comes_and_goes` where not every frame is shown.
+    pub fn new(sonars: &[Sonar], comes_and_goes: bool) -> Self {
         Self {
             before: None,
+            shown: !comes_and_goes,
+            outline_on_robot: outline(sonars),
+            outline: Table::new(OUTLINE),
             place: Table::new("/world/robot"),
             trajectory: Table::new("/world/trajectory"),
         }
@@ -85,9 +109,25 @@ impl RobotTables {
         let local = origin.local(here);
         let place = Place(Pose2::new(local.x, local.y, pose.yaw));
         self.place.push(at, [place], lines, out)?;
+        if !std::mem::replace(&mut self.shown, true) {
+            let strokes = self.outline_on_robot.iter().cloned().map(Stroke);
+            self.outline.push(at, strokes, lines, out)?;
+        }
         let from = self.before.replace(here).unwrap_or(here);
         self.trajectory
             .push(at, [Leg([from, here].map(|p| origin.xy(p)))], lines, out)
+    }
+
+    /// From this frame on the robot is nowhere, until it is pushed again; its path has a gap there.
+    pub fn leave<W: Write>(
+        &mut self,
+        at: Moment,
+        lines: Timelines,
+        out: &mut RrdWriter<W>,
+    ) -> Result<(), Error> {
+        self.before = None;
+        self.shown = false;
+        self.outline.push(at, [], lines, out)
     }
 
     /// Writes what waits.
@@ -97,6 +137,7 @@ impl RobotTables {
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         self.place.flush(lines, out)?;
+        self.outline.flush(lines, out)?;
         self.trajectory.flush(lines, out)
     }
 }
@@ -110,8 +151,10 @@ pub fn radius(sonars: &[Sonar]) -> f64 {
     if out > 0.0 { out } else { DEFAULT_RADIUS }
 }
 
+const OUTLINE: &str = "/world/robot/outline";
+
 /// The robot's outline: its circle, an arrow ahead, and a tick along every sonar's axis.
-pub fn put_styles<W: Write>(sonars: &[Sonar], out: &mut RrdWriter<W>) -> Result<(), Error> {
+fn outline(sonars: &[Sonar]) -> Vec<Strip> {
     const STEPS: u32 = 48;
     let radius = radius(sonars);
     let circle: Vec<Vec2> = (0..=STEPS)
@@ -131,20 +174,32 @@ pub fn put_styles<W: Write>(sonars: &[Sonar], out: &mut RrdWriter<W>) -> Result<
         vec![from, from + unit(mount.yaw) * (0.35 * radius)]
     });
     let on_robot = Origin::default();
-    let strips: Vec<Vec<[f32; 2]>> = [circle, arrow]
+    [circle, arrow]
         .into_iter()
         .chain(ticks)
         .map(|strip| strip.into_iter().map(|p| on_robot.xy(p)).collect())
-        .collect();
+        .collect()
+}
+
+/// How the robot looks; with its outline, unless that comes and goes.
+pub fn put_styles<W: Write>(
+    sonars: &[Sonar],
+    comes_and_goes: bool,
+    out: &mut RrdWriter<W>,
+) -> Result<(), Error> {
+    let strips = outline(sonars);
     let radii = (0..strips.len()).map(|i| ui(if i < 2 { 2.0 } else { 1.0 }));
-    put_static(
-        "/world/robot/outline",
-        &LineStrips2D::new(strips)
-            .with_radii(radii)
-            .with_colors([style::ROBOT])
-            .with_draw_order(order::ROBOT),
-        out,
-    )?;
+    let look = LineStrips2D::update_fields()
+        .with_radii(radii)
+        .with_colors([style::ROBOT])
+        .with_draw_order(order::ROBOT);
+    // What holds at all times would hide what does not.
+    let look = if comes_and_goes {
+        look
+    } else {
+        look.with_strips(strips)
+    };
+    put_static(OUTLINE, &look, out)?;
     put_static(
         "/world/trajectory",
         &LineStrips2D::update_fields()

@@ -116,7 +116,8 @@ impl<W: Write> Recording<W> {
         plots::put_styles(setting.sonars, limits, &mut out)?;
         suspects::put_styles(&mut out)?;
         closed::put_styles(&mut out)?;
-        robot::put_styles(setting.sonars, &mut out)?;
+        let comes_and_goes = overlay.only.is_some();
+        robot::put_styles(setting.sonars, comes_and_goes, &mut out)?;
         let truth = evaluated
             .map(|evaluated| TruthTables::new(&setting, evaluated, &mut out))
             .transpose()?;
@@ -157,7 +158,7 @@ impl<W: Write> Recording<W> {
             evidence: EvidenceTable::new(setting.sonars),
             closed: ClosedTables::new(),
             map: MapTables::new(),
-            robot: RobotTables::new(),
+            robot: RobotTables::new(setting.sonars, comes_and_goes),
             log: LogTable::new(setting.sonars),
             suspects: SuspectTables::new(setting.sonars),
             truth,

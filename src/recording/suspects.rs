@@ -27,7 +27,8 @@ const LOG: &str = "/log/suspects";
 pub struct SuspectTables {
     sonars: Vec<String>,
     found: BTreeMap<i64, Vec<Judgement>>,
-    frames: Vec<Moment>,
+    // Each with whether its arcs are drawn.
+    frames: Vec<(Moment, bool)>,
 }
 
 impl SuspectTables {
@@ -42,7 +43,12 @@ impl SuspectTables {
 
     /// Notes when a frame was.
     pub fn pass(&mut self, at: Moment) {
-        self.frames.push(at);
+        self.frames.push((at, true));
+    }
+
+    /// Notes that from here on nothing is drawn.
+    pub fn leave(&mut self, at: Moment) {
+        self.frames.push((at, false));
     }
 
     /// Takes in what is known of arcs.
@@ -66,8 +72,9 @@ impl SuspectTables {
     ) -> Result<(), Error> {
         let (mut strips, mut log) = (Table::new(PATH), Table::new(LOG));
         let (origin, mut shown) = (out.origin(), false);
-        for at in &self.frames {
-            let mut suspects = self.found.remove(&at.frame).unwrap_or_default();
+        for (at, drawn) in &self.frames {
+            let found = self.found.remove(&at.frame).filter(|_| *drawn);
+            let mut suspects = found.unwrap_or_default();
             suspects.sort_by_key(|judgement| judgement.arc.id);
             if !suspects.is_empty() || shown {
                 let row = suspects

@@ -1,13 +1,14 @@
 mod run;
+mod windows;
 
 use std::collections::BTreeMap;
 
 use rerun::external::re_log_encoding::{DecoderApp, RawRrdManifest};
 use rerun::log::{Chunk, LogMsg};
 use rerun::time::TimeType;
-use rerun::{Scalars, StateChange, StoreKind};
+use rerun::{LineStrips2D, Scalars, StateChange, StoreKind};
 
-pub use self::run::{chunks, drive, record, ring};
+pub use self::run::{chunks, drive, record, record_under, ring};
 use super::names::store_ids;
 use super::*;
 use crate::config::Config;

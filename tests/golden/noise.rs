@@ -72,6 +72,72 @@ fn noise_that_is_measured_otherwise_is_a_difference_that_says_so() {
 }
 
 #[test]
+fn noise_that_messages_begin_or_cease_to_say_is_a_difference() {
+    for (then, now, words) in [
+        (
+            None,
+            Some(0.0),
+            "said by messages or configuration -> measured ",
+        ),
+        (Some(0.0), None, " mm -> said by messages or configuration"),
+    ] {
+        let log = |spread: Option<f32>| match spread {
+            Some(spread) => untold(spread),
+            None => std::fs::read(sample("room_drive.mcap")).unwrap(),
+        };
+        let bench = Bench::new();
+        let path = bench.put("untold.mcap", log(then));
+        let run = tmam(&bench, &[&CHECK[..], &["--bless"]].concat(), &[]);
+        assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+        assert_eq!(
+            bench.json(GOLDEN)["measured_sigma"].is_null(),
+            then.is_none()
+        );
+        assert!(
+            bench
+                .json(GOLDEN)
+                .as_object()
+                .unwrap()
+                .contains_key("measured_sigma")
+        );
+        tmam(
+            &bench,
+            &[
+                "replay",
+                "untold.mcap",
+                "-q",
+                "-o",
+                "then.rrd",
+                "--features",
+                "then.json",
+            ],
+            &[],
+        );
+        bench.put("untold.mcap", log(now));
+        let (code, said) = report(&bench, &path);
+        assert_eq!(code, 1);
+        let all = said["logs"][0]["differences"].as_array().unwrap();
+        let noise: Vec<_> = all.iter().filter(|one| one["kind"] == "noise").collect();
+        assert_eq!(noise.len(), 1, "{all:#?}");
+        let text = noise[0]["text"].as_str().unwrap();
+        assert!(
+            text.starts_with("range noise: ") && text.contains(words),
+            "{text}"
+        );
+        // A recording knows it, too, and of a features.json that does not, that is said.
+        let run = tmam(&bench, &["diff", "then.rrd", "untold.mcap"], &[]);
+        assert!(run.stdout.contains(words), "{}", run.stdout);
+        let run = tmam(&bench, &["diff", "then.json", "untold.mcap"], &[]);
+        let note = "the noise of the ranges is not compared: then.json does not record";
+        assert!(
+            !run.stdout.contains(words) && run.stdout.contains(note),
+            "{}",
+            run.stdout
+        );
+    }
+}
+
+#[test]
 fn a_golden_file_without_it_is_noted_and_gets_it_when_blessed() {
     let bench = blessed();
     let mut file = bench.json(GOLDEN);

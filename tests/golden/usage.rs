@@ -36,6 +36,31 @@ fn what_is_wrong_with_a_value_stands_in_every_report() {
 }
 
 #[test]
+fn a_run_that_judges_nothing_is_annotated() {
+    let bench = bench_with("room_drive", |_| {});
+    let log = path_of("room_drive.mcap");
+    for (more, code, said) in [
+        (["--partition", "3/2"], 2, "`3/2` is no part of a suite"),
+        (["--junit", &log], 2, "room_drive.mcap"),
+        (["--partition", "2/2"], 3, "no log falls into this part"),
+    ] {
+        let check = ["check", &log, "--golden", "golden"];
+        let arguments = [&check[..], &more].concat();
+        let run = tmam(&bench, &arguments, &[("GITHUB_ACTIONS", "true")]);
+        assert_eq!(run.code, code, "{more:?}: {}{}", run.stdout, run.stderr);
+        let all = format!("{}{}", run.stdout, run.stderr);
+        let errors: Vec<_> = all
+            .lines()
+            .filter(|line| line.starts_with("::error"))
+            .collect();
+        assert_eq!(errors.len(), 1, "{all}");
+        assert!(errors[0].contains(said), "{all}");
+        let run = tmam(&bench, &arguments, &[]);
+        assert!(!run.stderr.contains("::error"), "{}", run.stderr);
+    }
+}
+
+#[test]
 fn a_report_on_standard_output_stands_alone() {
     let bench = bench_with("room_step", |_| {});
     let log = path_of("room_step.mcap");

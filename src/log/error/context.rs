@@ -29,6 +29,7 @@ impl LogError {
     pub fn wants_configuration(&self) -> bool {
         match self {
             Self::Io { .. }
+            | Self::Empty { .. }
             | Self::NotMcap { .. }
             | Self::NoFile { .. }
             | Self::Unreadable { .. }
@@ -72,6 +73,7 @@ impl LogError {
         let path = path.to_owned();
         match error {
             OpenError::Io(source) => Self::Io { path, source },
+            OpenError::Empty => Self::Empty { path },
             OpenError::NotMcap => Self::NotMcap { path },
             OpenError::NoFile => Self::NoFile { path },
         }

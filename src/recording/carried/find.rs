@@ -10,7 +10,8 @@ use re_span::Span;
 use rerun::external::re_log_encoding::external::lz4_flex::block::decompress_into;
 use rerun::external::re_log_encoding::{
     CachingApplicationIdInjector, CodecError, Compression, Decodable as _, DecoderEntrypoint as _,
-    MessageHeader, MessageKind, StreamFooter, StreamHeader, ToApplication as _, ToTransport,
+    MessageHeader, MessageKind, RRD_FOURCC, StreamFooter, StreamHeader, ToApplication as _,
+    ToTransport,
 };
 use rerun::external::re_log_types::StoreSource;
 use rerun::log::LogMsg;
@@ -58,7 +59,15 @@ pub fn find(mut file: impl Read + Seek, len: u64) -> Result<Carried, CarriedErro
             return match len - at - header.len {
                 0 | FOOTER => found.carried(),
                 rest if rest < FOOTER => Err(CarriedError::CutOff { bytes: len }),
-                _ => Err(CarriedError::Several),
+                _ => {
+                    at = file.seek(SeekFrom::Start(at + header.len + FOOTER))?;
+                    let (end, bytes) = (at, len - at);
+                    let next = piece(&mut file, &mut at, bytes.min(RRD_FOURCC.len() as u64), len)?;
+                    if next == RRD_FOURCC {
+                        return Err(CarriedError::Several);
+                    }
+                    Err(CarriedError::GoesOn { at: end, bytes })
+                }
             };
         }
         if header.len > LONGEST {

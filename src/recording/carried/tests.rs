@@ -79,6 +79,8 @@ fn lengths_that_the_file_does_not_have_are_not_believed() {
 fn recordings_without_results_are_told_apart() {
     let error = find(&recording(None)).unwrap_err();
     assert!(matches!(error, CarriedError::Nothing { .. }), "{error}");
+    // Of this very tmam nobody need be told that it may be older.
+    assert_eq!(error.to_string(), "it carries no results: it shows a sweep");
 
     let (stream, storage) = rerun::RecordingStreamBuilder::new("elsewhere")
         .memory()
@@ -93,6 +95,10 @@ fn recordings_without_results_are_told_apart() {
 
     let error = find(&[recording(None), recording(None)].concat()).unwrap_err();
     assert!(matches!(error, CarriedError::Several), "{error}");
+    let behind = [recording(Some(&results())), vec![0; 40]].concat();
+    let error = find(&behind).unwrap_err();
+    let goes_on = matches!(error, CarriedError::GoesOn { bytes: 40, .. });
+    assert!(goes_on, "{error}");
     let error = find(b"RRF1\0\0\0\0\0\0\0\0").unwrap_err();
     assert!(matches!(error, CarriedError::Codec { .. }), "{error}");
 }

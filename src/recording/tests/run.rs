@@ -12,7 +12,7 @@ use crate::event::{Sonar, SonarId};
 use crate::frames::{Echo, Entry, Frame};
 use crate::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::observer::{Observer as _, Setting, Source};
-use crate::recording::Recording;
+use crate::recording::{Overlay, Recording};
 use crate::tmam::Tmam;
 use crate::tmam::triple::Verdict;
 
@@ -106,6 +106,14 @@ pub fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> 
 }
 
 pub fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
+    record_under(Overlay::default(), sonars, frames)
+}
+
+pub fn record_under(
+    overlay: Overlay,
+    sonars: &[Sonar],
+    frames: &[Frame],
+) -> (Vec<u8>, Vec<Verdict>) {
     let config = Config::default();
     let source = Source {
         file: "room.mcap".to_owned(),
@@ -123,7 +131,7 @@ pub fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
         start: Vec2::zeros(),
     };
     let mut tmam = Tmam::new(&config);
-    let mut recording = Recording::new(Vec::new(), setting).unwrap();
+    let mut recording = Recording::overlaid(Vec::new(), setting, overlay).unwrap();
     let mut verdicts = Vec::new();
     for frame in frames {
         let step = tmam.step(frame);
