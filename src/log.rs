@@ -20,6 +20,7 @@ pub mod leaps;
 mod messages;
 mod msg_schema;
 mod notes;
+mod outliers;
 mod protobuf;
 mod read;
 mod repeats;

@@ -96,6 +96,11 @@ fn role_name(role: Role) -> &'static str {
 }
 
 impl ChannelFacts {
+    /// Whether the file does not say of what type its messages are, and has to.
+    pub fn is_untyped(&self) -> bool {
+        self.type_name.is_empty() && self.problem.is_some()
+    }
+
     /// A channel of a type that is read, but not in this form.
     pub fn is_unreadable(&self) -> bool {
         self.role.is_some() && !self.used && self.problem.is_some()

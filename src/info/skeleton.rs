@@ -40,6 +40,7 @@ impl Sections {
 /// The keys that are missing, with placeholders; `None` where nothing is.
 pub fn skeleton(info: &Info, obstacles: &[LogError]) -> Option<String> {
     let mut sections = Sections::default();
+    types(&mut sections, info, obstacles);
     odometry(&mut sections, info, obstacles);
     parameters(&mut sections, info);
     rings(&mut sections, obstacles);
@@ -73,6 +74,37 @@ pub fn skeleton(info: &Info, obstacles: &[LogError]) -> Option<String> {
     Some(text)
 }
 
+/// So many channels are given a type at the most.
+const MOST_TYPES: usize = 256;
+
+/// The types of channels of which the file does not say them, where something is missing.
+fn types(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
+    let is_missing = |obstacle: &LogError| {
+        matches!(
+            obstacle,
+            LogError::NoRanges { .. } | LogError::NoOdometry { .. }
+        )
+    };
+    if !obstacles.iter().any(is_missing) {
+        return;
+    }
+    let untyped = info.channels.iter().filter(|channel| channel.is_untyped());
+    let mut comment = "a guess by the topic, as the others: leave out what is neither";
+    for channel in untyped.take(MOST_TYPES) {
+        let topic = channel.topic.as_str();
+        let guess = if topic == "/tf" || topic == "/tf_static" {
+            "tf2_msgs/msg/TFMessage"
+        } else if topic.contains("odom") {
+            "nav_msgs/msg/Odometry"
+        } else {
+            "sensor_msgs/msg/Range"
+        };
+        let section = format!("channel.{}", keys::quoted(topic));
+        let value = Value::String(guess.to_owned());
+        sections.add(&section, "type", value, std::mem::take(&mut comment));
+    }
+}
+
 fn odometry(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
     let input = &info.trial.config.input;
     for obstacle in obstacles {
@@ -97,6 +129,18 @@ fn odometry(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
                 Value::String(input.robot_frame.clone().unwrap_or_default()),
                 "a guess: the frame that the odometry moves",
             ),
+            LogError::NoOdometry { passed_over, .. } => {
+                if let Some((robot, world)) = passed_over.first() {
+                    sections.add(
+                        "input",
+                        "world_frame",
+                        Value::String(world.clone()),
+                        format!(
+                            "a guess: what `{robot}` moves in, by transforms the other way round"
+                        ),
+                    );
+                }
+            }
             _ => {}
         }
     }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::channels::ChannelReport;
 use super::container::Loss;
+use super::messages::Role;
 use super::strays::few;
 use crate::legible::one_line;
 use crate::wording::counted;
@@ -31,11 +32,19 @@ fn describe(channel: &ChannelReport, problem: Option<&str>) -> String {
     one_line(&text).into_owned()
 }
 
-/// Channels in a list of what the log holds: first those that may be meant. What is wrong with several
-/// of them is said once.
-pub fn candidates(channels: &[ChannelReport]) -> Vec<String> {
+/// Channels in a list of what the log holds: first those that may be meant where some in these roles are
+/// missing. What is wrong with several of them is said once.
+pub fn candidates(channels: &[ChannelReport], missing: &[Role]) -> Vec<String> {
     let mut channels: Vec<&ChannelReport> = channels.iter().collect();
-    channels.sort_by_key(|channel| (channel.role.is_none(), channel.problem.is_none()));
+    let is_missing = |channel: &ChannelReport| channel.role.is_some_and(|r| missing.contains(&r));
+    channels.sort_by_key(|channel| {
+        let is_refused = channel.wanted && channel.role.is_none();
+        (
+            !is_refused && !is_missing(channel),
+            channel.role.is_none(),
+            channel.problem.is_none(),
+        )
+    });
     let mut said = BTreeSet::new();
     let lines = channels.into_iter().map(|channel| {
         let problem = channel.problem.as_deref();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::sonars::Source;
+use super::sonars::{Source, SourceKey};
 use super::transforms::TransformTree;
 use crate::config::Config;
 use crate::event::{RangeReading, SonarId};
@@ -34,7 +34,8 @@ pub fn few(names: &[String]) -> String {
 }
 
 /// Takes out readings whose frame only a handful of their topic's messages name, where neither a
-/// transform nor the configuration knows it. What is told of them is returned.
+/// transform nor the configuration knows it, or where it is that of another topic. What is told of them
+/// is returned.
 pub fn take_out(
     sources: &mut Vec<Source>,
     readings: &mut Vec<RangeReading>,
@@ -47,23 +48,32 @@ pub fn take_out(
             *count += 1;
         }
     }
-    let mut usual = BTreeMap::<&str, (usize, usize)>::new();
+    let mut usual = BTreeMap::<&str, Usual>::new();
     for (source, count) in sources.iter().zip(&counts) {
-        let (most, all) = usual.entry(&source.key.topic).or_default();
-        *most = (*most).max(*count);
-        *all += count;
+        let usual = usual.entry(&source.key.topic).or_default();
+        if *count > usual.most {
+            (usual.frame, usual.most) = (&source.key.frame, *count);
+        }
+        usual.all += count;
     }
+    let is_of_another = |source: &Source| {
+        let SourceKey { topic, frame, .. } = &source.key;
+        let is_its = |(other, usual): (&&str, &Usual)| *other != topic && usual.frame == frame;
+        usual.iter().any(is_its) && !config.sonar.contains_key(&format!("{topic}:{frame}"))
+    };
     let frames = transforms.frames();
     let is_stray = |source: &Source, count: usize| {
         let frame = &source.key.frame;
         let most = usual
             .get(source.key.topic.as_str())
-            .map_or(0, |(most, _)| *most);
+            .map_or(0, |usual| usual.most);
         let described = |name: &String| name == frame || name.contains(&format!(":{frame}"));
-        is_handful(count, most)
-            && frames.binary_search(&frame.as_str()).is_err()
-            && !config.sonar.keys().any(described)
-            && config.input.robot_frame.as_ref() != Some(frame)
+        let is_unknown = || {
+            frames.binary_search(&frame.as_str()).is_err()
+                && !config.sonar.keys().any(described)
+                && config.input.robot_frame.as_ref() != Some(frame)
+        };
+        is_handful(count, most) && (is_unknown() || is_of_another(source))
     };
     let strays: Vec<bool> = sources
         .iter()
@@ -73,32 +83,47 @@ pub fn take_out(
     if !strays.contains(&true) {
         return Vec::new();
     }
-    let mut told = BTreeMap::<&str, (usize, Vec<String>)>::new();
+    let mut told = BTreeMap::<(&str, bool), (usize, Vec<String>)>::new();
     for ((source, count), _) in sources
         .iter()
         .zip(&counts)
         .zip(&strays)
         .filter(|(_, stray)| **stray)
     {
-        let (lost, names) = told.entry(&source.key.topic).or_default();
+        let (lost, names) = told
+            .entry((&source.key.topic, is_of_another(source)))
+            .or_default();
         *lost += count;
         names.push(format!("`{}`", source.key.frame));
     }
     let told = told
         .into_iter()
-        .map(|(topic, (lost, names))| {
-            let all = usual.get(topic).map_or(0, |(_, all)| *all);
+        .map(|((topic, is_of_another), (lost, names))| {
+            let all = usual.get(topic).map_or(0, |usual| usual.all);
             format!(
-                "{lost} of {} on {topic} {} the frame {}, which nothing else does: they are taken for \
-                 damaged and left out. If it is a sonar's, give its mount under [sonar.\"NAME\"]",
+                "{lost} of {} on {topic} {} the frame {}, which {}",
                 counted(all as u64, "reading"),
                 if lost == 1 { "names" } else { "name" },
-                few(&names)
+                few(&names),
+                if is_of_another {
+                    "is another topic's: they are taken for damaged and left out"
+                } else {
+                    "nothing else does: they are taken for damaged and left out. If it is a sonar's, give its \
+                     mount under [sonar.\"NAME\"]"
+                }
             )
         })
         .collect();
     keep(sources, readings, &strays);
     told
+}
+
+/// What most readings on a topic name.
+#[derive(Default)]
+struct Usual<'a> {
+    frame: &'a str,
+    most: usize,
+    all: usize,
 }
 
 /// Takes out sources, and their readings; the ids of the others follow.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::support::{Bench, Message, sample, without};
+use crate::support::{Bench, Message, sample, untyped, without};
 use crate::{changed, codes, put, told};
 
 /// A log that cannot be replayed for a reason, and can with the skeleton.
@@ -175,4 +175,31 @@ fn a_gate_wider_than_the_beam() {
         (code, &info["replay"]["possible"]),
         (0, &Value::from("yes"))
     );
+}
+
+#[test]
+fn channels_without_types_are_given_one_each() {
+    let bench = Bench::new();
+    let log = put(&bench, untyped(&sample("room_drive.mcap")));
+    let printed = bench.tmam(&log, "info {} --skeleton");
+    for said in [
+        "[channel.\"/odom\"]\ntype = \"nav_msgs/msg/Odometry\"",
+        "[channel.\"/sonar/sonar_03\"]\ntype = \"sensor_msgs/msg/Range\"",
+        "[channel.\"/tf_static\"]\ntype = \"tf2_msgs/msg/TFMessage\"",
+    ] {
+        assert!(
+            printed.stdout.contains(said),
+            "no {said}: {}",
+            printed.stdout
+        );
+    }
+    bench.put("tmam.toml", &printed.stdout);
+    let run = bench.tmam(&log, "replay {} --config tmam.toml --features f");
+    assert_eq!(run.code, 0, "{}\n{}", run.stderr, printed.stdout);
+    // A word that is misspelt is told first.
+    bench.put("tmam.toml", printed.stdout.replace("Odometry", "Odometri"));
+    let run = bench.tmam(&log, "replay {} --config tmam.toml --features f");
+    let said = "/odom (nav_msgs/msg/Odometri, cdr, 1001 messages: `nav_msgs/msg/Odometri`, which the configuration says";
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    assert!(run.stderr.contains(said), "{}", run.stderr);
 }

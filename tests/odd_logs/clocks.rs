@@ -148,3 +148,29 @@ fn stamps_set_back_alone_are_told_once_with_what_to_replay() {
         assert!(!run.stderr.contains(word), "{word}: {}", run.stderr);
     }
 }
+
+#[test]
+fn a_single_damaged_stamp_costs_its_message_alone() {
+    for (topic, said) in [
+        ("/odom", "1 of 1001 odometry samples on /odom has a stamp"),
+        (
+            "/sonar/sonar_03",
+            "1 of 178 readings on /sonar/sonar_03 has a stamp",
+        ),
+    ] {
+        for by in [-1_000_000, 1_000_000] {
+            let seen = Cell::new(0);
+            let bytes = changed(|mut message| {
+                if message.topic == topic && seen.replace(seen.get() + 1) == 49 {
+                    message.shift_stamp(by);
+                }
+                vec![message]
+            });
+            let run = replay(&Bench::new(), &bytes);
+            says(&run, 3, &[said]);
+            for word in ["was set", "jumps", "stamped earlier"] {
+                assert!(!run.stderr.contains(word), "{word}: {}", run.stderr);
+            }
+        }
+    }
+}

@@ -42,6 +42,26 @@ fn a_damaged_name_costs_the_messages_that_have_it() {
 }
 
 #[test]
+fn a_damaged_name_that_is_another_sonars_costs_one_reading_and_renames_nothing() {
+    let seen = Cell::new(0);
+    let bytes = changed(|mut message| {
+        if message.topic.ends_with("sonar_03") && seen.replace(seen.get() + 1) == 19 {
+            let at = crate::find(&message.data, b"sonar_03").unwrap();
+            message.data[at..at + 8].copy_from_slice(b"sonar_04");
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    bench.put("tmam.toml", "[sonar.\"sonar_04\"]\nbeam_width = 20\n");
+    let path = bench.put("log.mcap", &bytes);
+    let run = bench.tmam(&path, "replay {} --features f --config tmam.toml");
+    let said =
+        "1 of 178 readings on /sonar/sonar_03 names the frame `sonar_04`, which is another topic's";
+    says(&run, 3, &[said]);
+    assert!(!run.stderr.contains("does not have"), "{}", run.stderr);
+}
+
+#[test]
 fn a_name_does_not_steer_the_terminal() {
     let bytes = changed(|mut message| {
         if message.topic.ends_with("sonar_03") {

@@ -133,6 +133,22 @@ pub fn rewrite(
     options: mcap::WriteOptions,
     change: impl Fn(Message) -> Vec<Message>,
 ) -> Vec<u8> {
+    rewrite_with(log, options, true, change)
+}
+
+/// The log without a word of what type its messages are.
+pub fn untyped(log: &Path) -> Vec<u8> {
+    rewrite_with(log, mcap::WriteOptions::new(), false, |message| {
+        vec![message]
+    })
+}
+
+fn rewrite_with(
+    log: &Path,
+    options: mcap::WriteOptions,
+    has_schemas: bool,
+    change: impl Fn(Message) -> Vec<Message>,
+) -> Vec<u8> {
     let bytes = fs::read(log).unwrap();
     let mut messages = Vec::new();
     for message in mcap::MessageStream::new(&bytes).unwrap() {
@@ -153,7 +169,8 @@ pub fn rewrite(
 
     let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
     for (original, message) in messages {
-        let schema = original.schema.as_ref().map_or(0, |schema| {
+        let schema = original.schema.as_ref().filter(|_| has_schemas);
+        let schema = schema.map_or(0, |schema| {
             writer
                 .add_schema(&schema.name, &schema.encoding, &schema.data)
                 .unwrap()

@@ -49,7 +49,9 @@ pub fn findings(info: &Info, obstacles: &[LogError], findings: &mut Vec<Finding>
                 if passed_over.is_empty() {
                     choose(info, asked, "odometry")
                 } else {
-                    "record the odometry; if one of these frames is the robot's, set input.robot_frame".to_owned()
+                    format!(
+                        "record the odometry; if the robot moves in one of these frames, set input.world_frame to it; {SKELETON}"
+                    )
                 },
             ),
             LogError::ManyOdometries { topics, .. } => block(
@@ -254,7 +256,6 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
         .map(|c| c.topic.as_str())
         .collect();
     let flag = if role == "range" { "range" } else { "odom" };
-    let untyped = |c: &ChannelFacts| c.type_name.is_empty() && c.problem.is_some();
     if !asked.is_empty() {
         format!("ask for other topics with --{flag}-topic: the channels above are there")
     } else if info.channels.iter().any(unread) {
@@ -269,10 +270,10 @@ fn choose(info: &Info, asked: &[String], role: &str) -> String {
             "look at what publishes {}: {what}",
             super::names(empty.into_iter())
         )
-    } else if info.channels.iter().any(untyped) {
+    } else if info.channels.iter().any(ChannelFacts::is_untyped) {
         format!(
             "the log does not say of what type some channels are: name the type of those that hold {role} in the \
-             configuration, [channel.\"/topic\"] type = \"...\""
+             configuration, [channel.\"/topic\"] type = \"...\"; {SKELETON}"
         )
     } else {
         format!("no channel above has a type that is read as {role}; docs/logs.md says which are")

@@ -39,10 +39,12 @@ pub(super) fn carried(edges: &[(String, String)]) -> String {
     if edges.is_empty() {
         return String::new();
     }
+    let world = edges.first().map_or("odom", |(_, child)| child);
     format!(
         "\nTransforms that move, and were not taken for odometry because the sonars' frame carries them:{}\nIf one \
-         of them is the robot's, name it: input.robot_frame",
-        moves(edges)
+         of them is what the robot moves in, name it, and it is taken the other way round: input.world_frame = {}",
+        moves(edges),
+        one_line(&toml::Value::from(world).to_string())
     )
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Gatherer;
 use super::moving::{Course, Edge, sounds_like_a_robot};
-use super::renamed;
+use super::renamed::{self, Claim};
 use super::track::{Chosen, Odometry};
 use crate::config::Config;
 use crate::config::file::glob_set;
@@ -42,22 +42,26 @@ impl Gatherer {
         let is_carrier = |(edge, _): &(&Edge, &Course)| is_robot(config, &carriers, &edge.1);
         // A transform to the odometry's frame, from the robot's: better than a frame of which nothing
         // says that it is the robot's.
-        if !of_robot.as_ref().is_some_and(is_carrier)
-            && let Some((edge, course)) = way_back(config, &carriers, &courses)
-            && course.track.len() > poses
-        {
-            return Ok(way_back_taken(edge, course, poses));
+        if !of_robot.as_ref().is_some_and(is_carrier) {
+            let back = self.way_back(config, &carriers, &courses, poses);
+            if back.is_some() {
+                return Ok(back);
+            }
         }
         let moving = || candidates.iter().map(|(edge, _)| (*edge).clone()).collect();
         match of_robot {
             Some((edge, course)) if course.track.len() > poses => {
-                let start = self.first_reading();
-                let joined = renamed::joined(edge, course, &self.moving, &courses, start);
-                let chosen = joined.track.choose(course.topic.clone());
-                Ok(chosen.map(|mut chosen| {
-                    chosen.notes.insert(0, taken(edge, course, poses));
-                    chosen.notes.extend(joined.notes);
-                    chosen.losses.extend(joined.losses);
+                let strays = self.strays((edge, course));
+                let strays = strays.map(|(edge, course)| Claim::forwards(edge, course));
+                let rivals = courses.iter().filter(|(other, course)| {
+                    *other != edge && course.moved && may_be_the_same(edge, other)
+                });
+                let rivals = rivals.map(|(edge, course)| Claim::forwards(edge, course));
+                let claim = Claim::forwards(edge, course);
+                let joined = renamed::joined(claim, strays, rivals, self.first_reading());
+                let mut note = taken(edge, course, poses);
+                Ok(joined.choose(course.topic.clone()).map(|mut chosen| {
+                    chosen.notes.insert(0, std::mem::take(&mut note));
                     chosen
                 }))
             }
@@ -114,12 +118,65 @@ impl Gatherer {
                 && world.is_none_or(|world| edge.0 == *world || edge.1 == *world)
         };
         let all: Vec<(&Edge, &Course)> = self.moving.courses().filter(is_asked).collect();
-        let is_stray = |one: &(&Edge, &Course)| all.iter().any(|o| renamed::is_stray(*one, *o));
+        let is_stray = |one: &(&Edge, &Course)| all.iter().any(|o| self.is_stray(*one, *o));
         Ok(all.iter().copied().filter(|one| !is_stray(one)).collect())
     }
 
+    /// Whether a transform is another one that a few damaged messages name otherwise.
+    fn is_stray(&self, one: (&Edge, &Course), usual: (&Edge, &Course)) -> bool {
+        renamed::is_stray(one, usual, || {
+            self.transforms.is_below(&one.0.0, &usual.0.1)
+        })
+    }
+
+    fn strays<'a>(
+        &'a self,
+        usual: (&'a Edge, &'a Course),
+    ) -> impl Iterator<Item = (&'a Edge, &'a Course)> {
+        let others = self.moving.courses();
+        others.filter(move |other| self.is_stray(*other, usual))
+    }
+
+    /// The odometry that the transform from the robot's frame to the odometry's gives, the other way
+    /// round; `None` where there is none, or where several say different things of the same time.
+    fn way_back(
+        &self,
+        config: &Config,
+        carriers: &BTreeSet<&str>,
+        courses: &[(&Edge, &Course)],
+        poses: usize,
+    ) -> Option<Chosen> {
+        let asked = config.input.world_frame.as_deref();
+        let sounds_like_a_world = |frame: &str| {
+            asked == Some(frame) || frame.contains("odom") || frame == "map" || frame == "world"
+        };
+        let mut ways: Vec<(&Edge, &Course)> = (courses.iter().copied())
+            .filter(|((parent, child), course)| {
+                course.moved && sounds_like_a_world(child) && is_robot(config, carriers, parent)
+            })
+            .collect();
+        // The longest one, of equally long ones the first.
+        ways.sort_by_key(|(_, course)| std::cmp::Reverse(course.track.len()));
+        let (edge, course) = *ways.first()?;
+        if course.track.len() <= poses {
+            return None;
+        }
+        let strays = self.strays((edge, course));
+        let strays = strays.map(|(edge, course)| Claim::turned(edge, course));
+        let rivals = ways.iter().skip(1);
+        let rivals = rivals.map(|(edge, course)| Claim::turned(edge, course));
+        let claim = Claim::turned(edge, course);
+        let joined = renamed::joined(claim, strays, rivals, self.first_reading());
+        if joined.contradicted {
+            return None;
+        }
+        let mut chosen = joined.choose(course.topic.clone())?;
+        chosen.notes.insert(0, taken_back(edge, course, poses));
+        Some(chosen)
+    }
+
     /// Whether it is a part of the robot, or the way back: what the frame of the sonars moves, or what
-    /// hangs on that.
+    /// hangs on that. Never what moves that frame itself: only a damaged message says so.
     fn is_below(
         &self,
         config: &Config,
@@ -129,6 +186,7 @@ impl Gatherer {
     ) -> bool {
         config.input.robot_frame.is_none()
             && course.moved
+            && !carriers.contains(edge.1.as_str())
             && (carriers.iter()).any(|carrier| self.transforms.is_below(&edge.0, carrier))
     }
 
@@ -151,21 +209,10 @@ impl Gatherer {
     }
 }
 
-/// The one transform from the robot's frame to one that sounds like the odometry's, if there is just one.
-fn way_back<'a>(
-    config: &Config,
-    carriers: &BTreeSet<&str>,
-    courses: &[(&'a Edge, &'a Course)],
-) -> Option<(&'a Edge, &'a Course)> {
-    let sounds_like_a_world =
-        |frame: &str| frame.contains("odom") || frame == "map" || frame == "world";
-    let mut found = courses.iter().filter(|((parent, child), course)| {
-        course.moved && sounds_like_a_world(child) && is_robot(config, carriers, parent)
-    });
-    match (found.next(), found.next()) {
-        (Some(one), None) => Some(*one),
-        _ => None,
-    }
+/// Whether one transform may go on with what another one said of the robot: of its frame in another
+/// one, or of a frame in the same one that is called as a robot's.
+fn may_be_the_same((parent, child): &Edge, other: &Edge) -> bool {
+    other.1 == *child || (other.0 == *parent && other.1.contains("base"))
 }
 
 /// Whether a frame is the robot's by what is asked for, or by what it carries or else is called.
@@ -217,15 +264,12 @@ fn taken((parent, child): &Edge, course: &Course, poses: usize) -> String {
     )
 }
 
-/// The odometry that a transform from the robot to its odometry's frame gives.
-fn way_back_taken((robot, world): &Edge, course: &Course, poses: usize) -> Option<Chosen> {
-    let mut chosen = (course.track.clone().turned_round()).choose(course.topic.clone())?;
-    chosen.notes.push(format!(
+fn taken_back((robot, world): &Edge, course: &Course, poses: usize) -> String {
+    format!(
         "{}; the transforms on {} that give `{world}` in `{robot}` are taken for it, the other way round",
         why(poses),
         course.topic
-    ));
-    Some(chosen)
+    )
 }
 
 #[cfg(test)]

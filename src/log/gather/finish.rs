@@ -10,7 +10,7 @@ use crate::log::container::Loss;
 use crate::log::messages::Role;
 use crate::log::sonars::Placing;
 use crate::log::stamps::{self, Clock};
-use crate::log::{Log, LogError, leaps, notes, repeats, strays};
+use crate::log::{Log, LogError, leaps, notes, outliers, repeats, strays};
 use crate::wording::{counted, counted_with};
 
 /// A log that can be replayed.
@@ -75,7 +75,7 @@ impl Gatherer {
         let no_ranges = |channels: &[ChannelReport]| LogError::NoRanges {
             file: file.clone(),
             asked: config.input.range_topics.clone(),
-            found: notes::candidates(channels),
+            found: notes::candidates(channels, &[Role::Range]),
         };
         if self.crowded {
             return Err(LogError::TooManySonars { file });
@@ -113,6 +113,7 @@ impl Gatherer {
             &self.transforms,
             config,
         ));
+        lost.extend(outliers::readings(&self.sources, &mut self.readings));
         let placing = Placing {
             file: &file,
             odometry_topic: &odometry.topic,
@@ -134,7 +135,11 @@ impl Gatherer {
         let mut left_out: Vec<LogError> = placed.left_out.into_iter().map(|l| l.why).collect();
         left_out.extend(unplaced);
         let mut samples = odometry.samples;
-        samples.sort_by_key(|s| s.stamp_ns);
+        lost.extend(outliers::samples(
+            &mut samples,
+            &odometry.clock,
+            &odometry.topic,
+        ));
         notes.extend(stamps::twins(&readings));
         let ranges: Vec<&Clock> = self.sources.iter().map(|source| &source.clock).collect();
         let clock_set = stamps::jump(&ranges, &odometry.clock)

@@ -82,7 +82,10 @@ impl Odometry {
     /// Takes all of another track, under the names that it has there. The clock stays the busier one's.
     pub fn absorb(&mut self, other: Self) {
         if other.len() > self.len() {
-            self.clock = other.clock;
+            let quieter = std::mem::replace(&mut self.clock, other.clock);
+            self.clock.absorb(quieter);
+        } else {
+            self.clock.absorb(other.clock);
         }
         self.messages += other.messages;
         self.unstamped += other.unstamped;
@@ -101,12 +104,20 @@ impl Odometry {
         self
     }
 
-    /// Its first and last pose by stamp.
-    pub fn ends(&self) -> Option<(OdometrySample, OdometrySample)> {
-        let all = || self.poses.iter().flat_map(|named| &named.samples);
-        let first = all().min_by_key(|sample| sample.stamp_ns)?;
-        let last = all().max_by_key(|sample| sample.stamp_ns)?;
-        Some((*first, *last))
+    /// Its samples by stamp, whatever frames they name.
+    pub fn in_order(&self) -> Vec<OdometrySample> {
+        let all = self.poses.iter().flat_map(|named| &named.samples);
+        let mut samples: Vec<OdometrySample> = all.copied().collect();
+        samples.sort_by_key(|sample| sample.stamp_ns);
+        samples
+    }
+
+    /// Only some of its samples.
+    pub fn retain(&mut self, is_kept: impl Fn(&OdometrySample) -> bool) {
+        for named in &mut self.poses {
+            named.samples.retain(&is_kept);
+        }
+        self.poses.retain(|named| !named.samples.is_empty());
     }
 
     /// Only the poses in a frame.
@@ -243,7 +254,7 @@ impl Gatherer {
             .ok_or_else(|| LogError::NoOdometry {
                 file: file.to_owned(),
                 asked: config.input.odometry_topics.clone(),
-                found: notes::candidates(channels),
+                found: notes::candidates(channels, &[Role::Odometry, Role::Pose, Role::Transform]),
                 passed_over,
             })?;
         for channel in channels {

@@ -3,6 +3,13 @@
 /// A stamp that moves so much otherwise than the time of recording was made by a clock that was set,
 /// nanoseconds.
 pub(super) const JUMP: i64 = 1_000_000_000;
+/// Stamps and times of recording that both go back by more were set back where the log has been through
+/// these times before, nanoseconds.
+pub(super) const BACK: i64 = 150_000_000;
+/// They have been through so many messages at least, or else neighbours may only have changed places.
+const SWAPPED: i64 = 4;
+/// A clock that was set stamps more messages than this, and a damaged stamp is no more.
+const FEW: usize = 3;
 /// So many delays are kept of each clock at the most.
 pub(super) const KEPT: usize = 1024;
 
@@ -11,6 +18,10 @@ pub(super) const KEPT: usize = 1024;
 pub struct Clock {
     pub(super) first_logged: Option<i64>,
     pub(super) last: Option<(i64, i64)>,
+    /// The messages since then, whose stamps do not go on from there.
+    suspects: Vec<(i64, i64)>,
+    /// Stamps that do not go on from those before them, while those behind them do.
+    strays: Vec<i64>,
     pub(super) backward: u64,
     pub(super) farthest_back: i64,
     pub(super) jumps: u64,
@@ -42,33 +53,20 @@ impl Clock {
         if stamp_ns == 0 {
             return;
         }
-        self.follow(stamp_ns, logged_ns);
+        let message = (stamp_ns, logged_ns);
         // A message out of its place in the file says nothing of the clock.
-        let in_order = self.last.is_none_or(|(_, logged)| logged <= logged_ns);
-        let last = self.last.filter(|_| in_order);
-        if in_order {
-            self.last = Some((stamp_ns, logged_ns));
-        }
-        if let Some((stamp, logged)) = last {
-            let moved = stamp_ns.saturating_sub(stamp);
-            let passed = logged_ns.saturating_sub(logged);
-            let ahead = moved.saturating_sub(passed);
-            if moved < 0 {
-                self.backward += 1;
-                self.farthest_back = self.farthest_back.min(moved);
+        match self.last {
+            Some(last) if logged_ns < last.1 => self.follow(stamp_ns, logged_ns),
+            Some(last) if is_jump(last, message) => {
+                self.suspects.push(message);
+                if self.suspects.len() > FEW {
+                    self.go_on_with_suspects();
+                }
             }
-            // Messages that come late leave the stamps behind, but never turn them back.
-            if ahead > JUMP || (ahead < -JUMP && moved < -JUMP) {
-                self.jumps += 1;
-                if moved < 0 && self.turned.len() < MOST_RUNS {
-                    self.turned.push((stamp_ns, stamp));
-                }
-                if self
-                    .largest
-                    .is_none_or(|(by, _)| by.unsigned_abs() < ahead.unsigned_abs())
-                {
-                    self.largest = Some((ahead, logged_ns));
-                }
+            _ => {
+                let strays = self.suspects.drain(..).map(|(stamp, _)| stamp);
+                self.strays.extend(strays);
+                self.go_on(message);
             }
         }
         if self.stamped.is_multiple_of(self.stride.max(1)) {
@@ -86,7 +84,64 @@ impl Clock {
     }
 }
 
+/// Whether the stamps moved otherwise than the time of recording. Messages that come late leave the
+/// stamps behind, but never turn them back.
+fn is_jump(last: (i64, i64), next: (i64, i64)) -> bool {
+    let moved = next.0.saturating_sub(last.0);
+    let ahead = moved.saturating_sub(next.1.saturating_sub(last.1));
+    ahead > JUMP || (ahead < -JUMP && moved < -JUMP)
+}
+
 impl Clock {
+    /// Takes a message that comes after the last one.
+    fn go_on(&mut self, message: (i64, i64)) {
+        let (stamp_ns, logged_ns) = message;
+        self.follow(stamp_ns, logged_ns);
+        let Some(last) = self.last.replace(message) else {
+            return;
+        };
+        let moved = stamp_ns.saturating_sub(last.0);
+        if moved < 0 {
+            self.backward += 1;
+            self.farthest_back = self.farthest_back.min(moved);
+        }
+        if is_jump(last, message) {
+            self.jumps += 1;
+            if moved < 0 && self.turned.len() < MOST_RUNS {
+                self.turned.push((stamp_ns, last.0));
+            }
+            let ahead = moved.saturating_sub(logged_ns.saturating_sub(last.1));
+            if self
+                .largest
+                .is_none_or(|(by, _)| by.unsigned_abs() < ahead.unsigned_abs())
+            {
+                self.largest = Some((ahead, logged_ns));
+            }
+        }
+    }
+
+    /// So many do not go on from the last one that the clock was set.
+    fn go_on_with_suspects(&mut self) {
+        for suspect in std::mem::take(&mut self.suspects) {
+            self.go_on(suspect);
+        }
+    }
+
+    /// Stamps that a few messages have amid others with which they do not go together: damaged ones.
+    pub fn strays(&self) -> Vec<i64> {
+        let mut strays = self.strays.clone();
+        // At the end of a log no others follow.
+        if self.jumps == 0 && self.stamped > 10 * self.suspects.len() as u64 {
+            strays.extend(self.suspects.iter().map(|(stamp, _)| *stamp));
+        }
+        strays
+    }
+
+    /// Takes the strays of another clock, whose other messages count for nothing.
+    pub fn absorb(&mut self, other: Self) {
+        self.strays.extend(other.strays());
+    }
+
     /// Follows stamps to where they and the time of recording go back together, or ahead.
     fn follow(&mut self, stamp_ns: i64, logged_ns: i64) {
         let before = self.before.replace((stamp_ns, logged_ns));
@@ -99,14 +154,14 @@ impl Clock {
         });
         let is_full = self.runs.len() >= MOST_RUNS;
         match self.runs.last_mut() {
-            Some((first, last)) if back <= JUMP && ahead <= JUMP => {
+            Some((first, last)) if back <= BACK && ahead <= JUMP => {
                 *first = (*first).min(stamp_ns);
                 *last = (*last).max(stamp_ns);
             }
             _ if !is_full => self.runs.push((stamp_ns, stamp_ns)),
             _ => {}
         }
-        if back > JUMP {
+        if back > BACK {
             self.returns += 1;
             self.farthest_return = self.farthest_return.max(back);
         } else if ahead > JUMP {
@@ -138,12 +193,16 @@ impl Clock {
     fn overlaps(&self) -> (Vec<(i64, i64)>, i64) {
         let mut runs = self.runs.clone();
         runs.sort_unstable();
+        let spans = runs.iter().map(|(first, last)| last.saturating_sub(*first));
+        let span = spans.fold(0, i64::saturating_add);
+        let messages = i64::try_from(self.stamped).unwrap_or(i64::MAX).max(1);
+        let least = (span / messages).saturating_mul(SWAPPED).clamp(BACK, JUMP);
         let (mut overlaps, mut hole) = (Vec::new(), 0_i64);
         let mut reached: Option<i64> = None;
         for (first, last) in runs {
             if let Some(reached) = reached {
                 let end = reached.min(last);
-                if end > first {
+                if end.saturating_sub(first) > least {
                     overlaps.push((first, end));
                 }
                 hole = hole.max(first.saturating_sub(reached));

@@ -1,6 +1,6 @@
 //! Clocks that were set while the log was recorded.
 
-use super::clock::JUMP;
+use super::clock::BACK;
 use super::{Clock, seconds};
 use crate::wording::{counted, times};
 
@@ -46,7 +46,7 @@ pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<ClockSet> {
     let returns = clocks().map(|clock| clock.returns).max()?;
     let farthest = seconds(clocks().map(|clock| clock.farthest_return).max()?);
     let times = times(returns);
-    if overlap > JUMP {
+    if overlap > BACK {
         let what = format!(
             "the clock was set back while the log was recorded, {times}, by up to {farthest:.3} s: {:.3} s \
              of stamps and times of recording come twice, in which readings from before and after meet each \

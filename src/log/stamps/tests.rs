@@ -139,3 +139,29 @@ fn readings_that_come_twice() {
     let text = twins(&[reading(1), reading(1), reading(2)]).unwrap();
     assert!(text.starts_with("1 of 3 readings"), "{text}");
 }
+
+#[test]
+fn a_single_odd_stamp_is_no_clock_that_was_set() {
+    for odd in [5 * S, 2_000_000 * S] {
+        let mut messages: Vec<_> = steady(1000, 1100, 0).collect();
+        messages[50].0 = odd;
+        let clock = clock(messages);
+        assert_eq!(jump(&[&clock], &clock), None);
+        assert_eq!(returned(&[&clock], &clock), None);
+        assert_eq!((clock.strays(), clock.backward), (vec![odd], 0));
+    }
+    let set = clock(steady(1000, 1050, 0).chain(steady(1050, 1100, -30 * S)));
+    assert!(set.strays().is_empty());
+}
+
+#[test]
+fn a_clock_set_back_by_less_than_a_second_is_told_from_neighbours_that_changed_places() {
+    let both = |range: std::ops::Range<i64>| range.map(|k| (k * S / 20, k * S / 20));
+    let set_back = clock(both(100..200).chain(both(182..300)));
+    let text = returned(&[], &set_back).unwrap().text();
+    assert!(text.contains("once, by up to 0.850 s"), "{text}");
+    // Every half second, two of them swapped.
+    let swapped = [1, 2, 3, 5, 4, 6, 7, 8, 9, 10].map(|k| (k * S / 2, k * S / 2));
+    let swapped = clock(swapped);
+    assert_eq!(returned(&[&swapped], &swapped), None);
+}

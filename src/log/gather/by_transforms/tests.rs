@@ -181,7 +181,14 @@ fn a_track_that_is_renamed_is_joined_where_it_goes_on_and_told_where_it_does_not
     ] {
         assert!(loss.contains(said), "no {said}: {loss}");
     }
-    let twice = chosen(-5.0, 20, &config);
+    let longer = chosen(-5.0, 20, &config);
+    assert_eq!(longer.world_frame, "odom2");
+    let loss = &longer.losses[0];
+    assert!(
+        loss.contains("50 transforms") && loss.contains("10 of them at times that the former lack"),
+        "{loss}"
+    );
+    let twice = chosen(-5.0, 0, &config);
     assert_eq!(
         (twice.world_frame.as_str(), twice.losses.len()),
         ("odom2", 0)
@@ -221,7 +228,114 @@ fn what_was_passed_over_is_told() {
     };
     let said = error.to_string();
     assert!(
-        said.contains("- `left` in `base_link`") && said.contains("input.robot_frame"),
+        said.contains("- `left` in `base_link`") && said.contains("input.world_frame = \"left\""),
         "{said}"
     );
+}
+
+fn of(courses: &[((&str, &str), std::ops::Range<i32>, f64)], config: &Config) -> Chosen {
+    let chosen = log_of(courses).by_transforms(config, "log").unwrap();
+    chosen.unwrap()
+}
+
+#[test]
+fn a_transform_that_closes_a_circle_costs_itself_alone() {
+    for odd in [("base_link", "odom"), ("sonar", "odom")] {
+        for first in [true, false] {
+            let mut courses = vec![(("odom", "base_link"), 0..60, 0.0)];
+            courses.insert(usize::from(!first), (odd, 7..8, 0.0));
+            let chosen = of(&courses, &Config::default());
+            assert_eq!((chosen.samples.len(), &*chosen.world_frame), (60, "odom"));
+            let loss = format!("gives the pose of `{}` in `{}`", odd.1, odd.0);
+            assert!(chosen.losses[0].contains(&loss), "{:?}", chosen.losses);
+        }
+    }
+}
+
+#[test]
+fn a_robots_frame_that_is_renamed_goes_on_and_is_told_where_it_does_not() {
+    let renamed = |offset| {
+        let courses = [
+            (("odom", "base_link"), 0..40, 0.0),
+            (("odom", "base_footprint"), 40..90, offset),
+        ];
+        of(&courses, &Config::default())
+    };
+    let joined = renamed(0.0);
+    assert_eq!((joined.samples.len(), joined.losses.len()), (90, 0));
+    assert_eq!(joined.robot_frame, "base_link");
+    let apart = renamed(5.0);
+    assert_eq!(apart.samples.len(), 40);
+    let loss = &apart.losses[0];
+    assert!(
+        loss.contains("`base_footprint` in `odom` by 50 transforms from 4.0 s to 8.9 s"),
+        "{loss}"
+    );
+    // Another robot in the same world.
+    let other = [
+        (("world", "base_link"), 0..50, 0.0),
+        (("world", "base_2"), 0..90, 5.0),
+    ];
+    let chosen = of(&other, &Config::default());
+    assert_eq!((chosen.samples.len(), chosen.losses.len()), (50, 0));
+}
+
+#[test]
+fn tracks_that_overlap_or_alternate_are_joined_where_they_agree() {
+    let overlap = |offset| {
+        let courses = [
+            (("odom", "base_link"), 0..55, 0.0),
+            (("odom2", "base_link"), 50..90, offset),
+        ];
+        of(&courses, &Config::default())
+    };
+    let joined = overlap(0.0);
+    assert_eq!((joined.samples.len(), joined.losses.len()), (90, 0));
+    let apart = overlap(3.0);
+    assert_eq!((apart.samples.len(), apart.losses.len()), (55, 1));
+    let alternating = [
+        (("odom", "base_link"), 0..30, 0.0),
+        (("odom2", "base_link"), 30..60, 0.0),
+        (("odom", "base_link"), 60..90, 0.0),
+    ];
+    let joined = of(&alternating, &Config::default());
+    assert_eq!((joined.samples.len(), joined.losses.len()), (90, 0));
+}
+
+#[test]
+fn the_way_back_bears_damage_other_names_and_any_world() {
+    let damaged = [
+        (("base_link", "odom"), 0..60, 0.0),
+        (("base_lin_", "odom"), 60..61, 0.0),
+        (("base_link", "odoX"), 61..62, 0.0),
+    ];
+    let chosen = of(&damaged, &Config::default());
+    assert_eq!(chosen.samples.len(), 60);
+    assert!(
+        chosen.losses[0].starts_with("2 of 62 transforms on /tf give"),
+        "{:?}",
+        chosen.losses
+    );
+    let renamed = [
+        (("base_link", "odom"), 0..50, 0.0),
+        (("base_link", "odom_2"), 50..90, 0.0),
+    ];
+    let chosen = of(&renamed, &Config::default());
+    assert_eq!((chosen.samples.len(), chosen.losses.len()), (90, 0));
+
+    let weird = [(("base_link", "start"), 0..50, 0.0)];
+    let mut config = Config::default();
+    assert!(
+        log_of(&weird)
+            .by_transforms(&config, "log")
+            .unwrap()
+            .is_none()
+    );
+    config.input.world_frame = Some("start".to_owned());
+    let chosen = of(&weird, &config);
+    assert_eq!(
+        (&*chosen.world_frame, &*chosen.robot_frame),
+        ("start", "base_link")
+    );
+    assert!((chosen.samples[49].world_from_robot.x + 4.9).abs() < 1e-12);
 }
