@@ -40,7 +40,8 @@ pub fn candidates(channels: &[ChannelReport], missing: &[Role]) -> Vec<String> {
     channels.sort_by_key(|channel| {
         let is_refused = channel.wanted && channel.role.is_none();
         (
-            !is_refused && !is_missing(channel),
+            !is_refused,
+            !is_missing(channel),
             channel.role.is_none(),
             channel.problem.is_none(),
         )

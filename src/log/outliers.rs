@@ -27,10 +27,9 @@ pub fn readings(sources: &[Source], readings: &mut Vec<RangeReading>) -> Vec<Str
         let is_stray = strays
             .get(sonar)
             .is_some_and(|s| s.contains(&reading.stamp_ns));
-        for count in [all.get_mut(sonar), lost.get_mut(sonar).filter(|_| is_stray)] {
-            if let Some(count) = count {
-                *count += 1;
-            }
+        let counts = [all.get_mut(sonar), lost.get_mut(sonar).filter(|_| is_stray)];
+        for count in counts.into_iter().flatten() {
+            *count += 1;
         }
         !is_stray
     });
