@@ -69,7 +69,7 @@ impl Decoders {
     pub fn of(&mut self, channel: &Channel, type_name: &str) -> Result<Decoder, String> {
         let schema = &channel.schema;
         // Channels without a definition may each have an empty one of their own.
-        let place = (!schema.data.is_empty()).then(|| Rc::as_ptr(schema));
+        let place = (!schema.data.is_empty()).then_some(Rc::as_ptr(schema));
         let key = (channel.encoding.clone(), short(type_name), place);
         if let Some(known) = self.made.get(&key) {
             return known.clone();

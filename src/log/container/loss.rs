@@ -240,9 +240,8 @@ impl fmt::Display for Loss {
             (None, Some(_)) => f.write_str(", before the first message used")?,
             (None, None) => {}
         }
-        match self.messages {
-            Some(count) => write!(f, ", {} lost", counted(count, "message"))?,
-            None => {}
+        if let Some(count) = self.messages {
+            write!(f, ", {} lost", counted(count, "message"))?;
         }
         write!(f, ": {}", self.why)
     }
