@@ -10,6 +10,7 @@ pub mod clock;
 pub mod container;
 mod custom;
 mod decoder;
+mod decoders;
 mod description;
 mod error;
 pub mod fuzzing;

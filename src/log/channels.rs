@@ -6,6 +6,7 @@ use super::budget::Budget;
 use super::container::{Channel, RawMessage};
 use super::custom;
 use super::decoder::{self, DecodeError, Decoder};
+use super::decoders::Decoders;
 use super::messages::{self, Content, MOST_SONARS, Read, Role};
 use crate::config::Config;
 use crate::config::channel::ChannelFields;
@@ -51,6 +52,7 @@ pub struct Channels {
     described: BTreeMap<String, ChannelFields>,
     known: BTreeMap<u16, (ChannelReport, Option<Reader>)>,
     readers: usize,
+    decoders: Decoders,
     /// Channels whose first message is of no form that is read.
     foreign: BTreeSet<u16>,
 }
@@ -88,6 +90,7 @@ impl Channels {
             described: config.channel.clone(),
             known: BTreeMap::new(),
             readers: 0,
+            decoders: Decoders::default(),
             foreign: BTreeSet::new(),
         })
     }
@@ -204,7 +207,7 @@ impl Channels {
             return (report, None);
         }
         self.readers += 1;
-        match Decoder::of(channel, type_name) {
+        match self.decoders.of(channel, type_name) {
             Ok(decoder) => {
                 let reader = Reader {
                     role,

@@ -11,21 +11,24 @@
 //! unless the caller takes them as [`Unchecked::Used`].
 //! Of a last chunk that the file ends within, whole messages are used and the loss says so.
 //!
-//! - [`record`]: what the fields of a record are; `fields`: one after the other
+//! - [`record`]: what the fields of a record are; `fields`: one after the other; `extent`: how far
+//!   they reach
 //! - `source`: bytes of the file, a window at a time
 //! - `tail`: footer and summary, which are read first
 //! - `walker`: one record after the other; `used`: what is used of them
 //! - `recover`: what follows a damaged one; `cut`: a file that ends too early; `loss`, `losses`: what is said of it
 //! - `ends`: where the data and the file end; `overlap`: borders in doubt outside of chunks
 //! - `scan`: where to go on when no index tells
-//! - `place`: the index of chunks
+//! - `place`: the index of chunks; `denied`: what it speaks against
 //! - `chunk`: decompression and checksum; `trust`, `doubt`: the checksum over everything
 //! - `registry`: schemas and channels
 
 mod chunk;
 mod cut;
+mod denied;
 mod doubt;
 mod ends;
+mod extent;
 mod fields;
 mod loss;
 mod losses;

@@ -137,14 +137,16 @@ mod tests {
 
     #[test]
     fn a_standard_type_needs_no_definition() {
-        let decoder = decoder("cdr", "", "sensor_msgs/msg/Range", b"").unwrap();
         let mut message = vec![0, 1, 0, 0];
         message.extend([1_u32, 2, 2].map(u32::to_le_bytes).concat());
         message.extend(b"f\0\0\0"); // the frame, radiation_type, padding
         message.extend([0.5_f32, 0.1, 4.0, 1.5].map(f32::to_le_bytes).concat());
-        for variance in [&[][..], &[0; 4]] {
-            let value = decoder.decode(&[&message[..], variance].concat()).unwrap();
-            assert_eq!(value.number("range"), Ok(1.5));
+        for name in ["sensor_msgs/msg/Range", "sensor_msgs::msg::dds_::Range_"] {
+            let decoder = decoder("cdr", "", name, b"").unwrap();
+            for variance in [&[][..], &[0; 4]] {
+                let value = decoder.decode(&[&message[..], variance].concat()).unwrap();
+                assert_eq!(value.number("range"), Ok(1.5), "{name}");
+            }
         }
     }
 

@@ -139,9 +139,15 @@ impl Element {
     }
 }
 
-/// `package/Type` for `package/msg/Type`.
+/// `package/Type` for `package/msg/Type`, and for `package::msg::dds_::Type_`, as DDS calls it.
 pub fn short(name: &str) -> String {
-    name.replacen("/msg/", "/", 1)
+    let dds = name
+        .split_once("::msg::dds_::")
+        .and_then(|(package, name)| Some((package, name.strip_suffix('_')?)));
+    match dds {
+        Some((package, name)) => format!("{package}/{name}"),
+        None => name.replacen("/msg/", "/", 1),
+    }
 }
 
 /// Drops what is not in the bytes, constants and defaults: not all of their forms can be parsed.

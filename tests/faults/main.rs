@@ -11,10 +11,12 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bounded;
 mod corpus;
 mod crafted;
 mod damage;
 mod exit_codes;
+mod index;
 mod injection;
 mod pristine;
 mod raw;

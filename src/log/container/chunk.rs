@@ -40,6 +40,13 @@ impl Unpacker {
         offset: u64,
         header: &ChunkHeader,
     ) -> io::Result<Result<&'a [u8], Why>> {
+        // Before it is read: these need not be decompressed to be told.
+        if header.compression.is_empty() && header.compressed != header.uncompressed {
+            return Ok(Err(Why::Size {
+                claimed: header.uncompressed,
+                found: header.compressed,
+            }));
+        }
         if let Err(why) = self.admit(header) {
             return Ok(Err(why));
         }
@@ -89,10 +96,7 @@ impl Unpacker {
         if largest > MAX_CHUNK {
             return Err(Why::TooLarge(largest));
         }
-        self.left = self
-            .left
-            .checked_sub(header.uncompressed)
-            .ok_or(Why::Bomb(self.file))?;
+        self.left = self.left.checked_sub(largest).ok_or(Why::Bomb(self.file))?;
         Ok(())
     }
 
@@ -124,5 +128,43 @@ impl Unpacker {
             .err()
             .map(|error| Why::Decompression(error.to_string()));
         Ok((&self.buffer, problem))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    fn header(compression: &str, uncompressed: u64) -> ChunkHeader {
+        ChunkHeader {
+            span: (0, 0),
+            uncompressed,
+            checksum: 0,
+            compression: compression.to_owned(),
+            length: 40,
+            compressed: 1 << 20,
+        }
+    }
+
+    #[test]
+    fn two_lengths_that_should_be_one_are_compared_before_anything_is_read() {
+        let mut file = Cursor::new(vec![0; 1 << 20]);
+        let mut source = Source::new(&mut file).unwrap();
+        let mut unpacker = Unpacker::new(0);
+        let outcome = unpacker.records(&mut source, 0, &header("", 100)).unwrap();
+        let (claimed, found) = (100, 1 << 20);
+        assert_eq!(outcome, Err(Why::Size { claimed, found }));
+        assert_eq!(file.position(), found, "it was read");
+    }
+
+    #[test]
+    fn what_is_read_counts_as_well_as_what_it_unpacks_to() {
+        let mut source = Source::new(Cursor::new(vec![0; 1 << 20])).unwrap();
+        let mut unpacker = Unpacker::new(0);
+        for (chunk, left) in [(header("zstd", 100), 511), (header("zstd", 2 << 20), 509)] {
+            assert!(unpacker.records(&mut source, 0, &chunk).unwrap().is_err());
+            assert_eq!(unpacker.left, left << 20);
+        }
     }
 }

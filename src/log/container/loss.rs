@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::MAX_CHUNK;
+use crate::wording::counted;
 
 /// Something that could not be read from the file, or cannot be trusted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,6 +50,7 @@ impl Loss {
             self.why,
             Why::Header
                 | Why::Prefix
+                | Why::NotIndexed(_)
                 | Why::Kind(_)
                 | Why::Zeros
                 | Why::Cut
@@ -100,6 +102,9 @@ pub enum Why {
     /// A length that does not fit, or a kind that does not exist.
     #[error("no record begins here: its kind or its length is damaged")]
     Prefix,
+    /// No chunk of the length that the index has.
+    #[error("the summary's index has a chunk of {0} bytes here, and no such record begins here")]
+    NotIndexed(u64),
     /// A kind of record that does not stand there, or holds what a message does.
     #[error("its kind, {0:#04x}, is damaged")]
     Kind(u8),
@@ -113,7 +118,7 @@ pub enum Why {
     #[error("it is {0} bytes long; no more than {MAX_CHUNK} are read")]
     TooLarge(u64),
     /// Compressed data that is longer or shorter than it should be.
-    #[error("it holds {found} bytes uncompressed and should hold {claimed}")]
+    #[error("it holds {} uncompressed and should hold {claimed}", counted(*found, "byte"))]
     Size {
         /// By its header.
         claimed: u64,
@@ -142,7 +147,9 @@ pub enum Why {
     Overrun,
     /// The file ends within it.
     #[error(
-        "the file ends within it. {used} messages before the end were used; no checksum covers them"
+        "the file ends within it. {} before the end {}",
+        counted(*used, "message"),
+        if *used == 1 { "was used; no checksum covers it" } else { "were used; no checksum covers them" }
     )]
     CutOff {
         /// Messages that were used.
@@ -200,7 +207,7 @@ impl fmt::Display for Loss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "at byte {}", self.offset)?;
         if self.bytes > 0 {
-            write!(f, ", {} bytes", self.bytes)?;
+            write!(f, ", {}", counted(self.bytes, "byte"))?;
         }
         write!(f, ": {}", self.what)?;
         // A chunk without messages has none.
@@ -233,10 +240,8 @@ impl fmt::Display for Loss {
             (None, Some(_)) => f.write_str(", before the first message used")?,
             (None, None) => {}
         }
-        match self.messages {
-            Some(1) => f.write_str(", 1 message lost")?,
-            Some(count) => write!(f, ", {count} messages lost")?,
-            None => {}
+        if let Some(count) = self.messages {
+            write!(f, ", {} lost", counted(count, "message"))?;
         }
         write!(f, ": {}", self.why)
     }
@@ -255,5 +260,19 @@ pub fn wider(one: Option<(u64, u64)>, other: Option<(u64, u64)>) -> Option<(u64,
     match (one, other) {
         (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
         (one, other) => one.or(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_is_not_many() {
+        let mut loss = Loss::new(7, 1, "a part", Why::CutOff { used: 1 });
+        loss.messages = Some(1);
+        let said = "at byte 7, 1 byte: a part, 1 message lost: the file ends within it. 1 message before the \
+                    end was used; no checksum covers it";
+        assert_eq!(loss.to_string(), said);
     }
 }

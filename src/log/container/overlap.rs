@@ -2,12 +2,13 @@
 
 use std::io::{self, Read, Seek};
 
+use super::OpenError;
+use super::extent;
 use super::loss::{Loss, Why};
 use super::record::{self, Inner, PREFIX, op};
 use super::scan::{self, LARGEST_DEFINITION, Prefix, Sought, next_record};
 use super::source::Source;
 use super::walker::{MESSAGE_HEADER, Walker};
-use super::{MAX_CHUNK, OpenError};
 
 /// Messages next to each other are logged within a day, nanoseconds.
 const NEAR: u64 = 86_400_000_000_000;
@@ -53,18 +54,7 @@ impl<R: Read + Seek> Walker<'_, R> {
             | op::STATISTICS
             | op::METADATA_INDEX
             | op::SUMMARY_OFFSET => return Ok(true),
-            op::ATTACHMENT if prefix.length <= MAX_CHUNK => {
-                let body = self.source.get(at + PREFIX, prefix.length)?;
-                if record::is_attachment(body) {
-                    return Ok(false);
-                }
-            }
-            op::METADATA if prefix.length <= LARGEST_DEFINITION => {
-                let body = self.source.get(at + PREFIX, prefix.length)?;
-                if record::is_metadata(body) {
-                    return Ok(false);
-                }
-            }
+            op::ATTACHMENT | op::METADATA if self.fields_fill(at, prefix)? => return Ok(false),
             _ => {}
         }
         let head = self.source.peek::<MESSAGE_HEADER>(at + PREFIX)?;
@@ -78,15 +68,21 @@ impl<R: Read + Seek> Walker<'_, R> {
 
     /// Whether the fields of a definition fill it.
     pub(super) fn fills(&mut self, at: u64, prefix: Prefix) -> Result<bool, OpenError> {
-        if prefix.length > LARGEST_DEFINITION {
-            return Ok(false);
-        }
-        let body = self.source.get(at + PREFIX, prefix.length)?;
-        Ok(record::definition_length(prefix.opcode, body) == Ok(prefix.length))
+        Ok(prefix.length <= LARGEST_DEFINITION && self.fields_fill(at, prefix)?)
     }
 
-    /// Whether a record of this length runs over others.
+    fn fields_fill(&mut self, at: u64, prefix: Prefix) -> Result<bool, OpenError> {
+        let Prefix { opcode, length } = prefix;
+        let fields = extent::of_fields(&mut self.source, opcode, at + PREFIX, length)?;
+        Ok(fields == Some(length))
+    }
+
+    /// Whether a record of this length runs over others, as far as that is still looked for.
     pub(super) fn runs_over(&mut self, at: u64, end: u64) -> Result<bool, OpenError> {
+        if self.looks == 0 {
+            return Ok(false);
+        }
+        self.looks -= 1; // each look costs a pass over many records
         let sought = Sought {
             data_end: false,
             messages: Some(self.used.known()),
@@ -105,14 +101,17 @@ impl<R: Read + Seek> Walker<'_, R> {
             return Ok(None);
         }
         self.looks -= 1; // each look costs as much as the largest definition
-        let body = self.source.get(at + PREFIX, LARGEST_DEFINITION)?;
-        let fields = record::definition_length(prefix.opcode, body).ok();
-        let length = fields.and_then(|length| usize::try_from(length).ok());
-        let Some(body) = length.and_then(|length| body.get(..length)) else {
+        let from = at + PREFIX;
+        let most = LARGEST_DEFINITION;
+        let fields = extent::of_fields(&mut self.source, prefix.opcode, from, most)?;
+        let Some(length) = fields else {
             return Ok(None);
         };
-        let (body, end) = (body.to_vec(), at + PREFIX + body.len() as u64);
-        Ok(scan::chain(&mut self.source, end, None)?.then_some((body, end)))
+        let end = from + length;
+        if !scan::chain(&mut self.source, end, None)? {
+            return Ok(None);
+        }
+        Ok(Some((self.source.get(from, length)?.to_vec(), end)))
     }
 
     /// Whether a definition with a wrong length stands there.

@@ -63,48 +63,6 @@ pub fn channel(body: &[u8]) -> Result<(u16, Channel), Malformed> {
     Ok((schema_id, channel))
 }
 
-/// Bytes that the fields of a schema or channel fill at the front of `body`.
-///
-/// # Errors
-/// When there are fewer.
-pub fn definition_length(opcode: u8, body: &[u8]) -> Result<u64, Malformed> {
-    let mut fields = Fields(body);
-    fields.u16()?; // id
-    if opcode == op::CHANNEL {
-        fields.u16()?; // schema
-    }
-    for _ in 0..3 {
-        fields.counted()?; // name, encoding and data, or topic, encoding and metadata
-    }
-    Ok(body.len().saturating_sub(fields.0.len()) as u64)
-}
-
-/// Whether the fields of an attachment fill `body`.
-pub fn is_attachment(body: &[u8]) -> bool {
-    let read = || {
-        let mut fields = Fields(body);
-        fields.take(16)?; // times
-        fields.counted()?; // name
-        fields.counted()?; // media type
-        let data = fields.u64()?;
-        fields.take(usize::try_from(data).map_err(|_| Malformed)?)?;
-        fields.u32()?; // checksum
-        Ok::<_, Malformed>(fields.0.is_empty())
-    };
-    read() == Ok(true)
-}
-
-/// Whether the fields of a metadata record fill `body`.
-pub fn is_metadata(body: &[u8]) -> bool {
-    let read = || {
-        let mut fields = Fields(body);
-        fields.counted()?; // name
-        fields.counted()?; // what it says
-        Ok::<_, Malformed>(fields.0.is_empty())
-    };
-    read() == Ok(true)
-}
-
 /// A message: its channel, its log time, its bytes.
 ///
 /// # Errors

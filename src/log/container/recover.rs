@@ -126,7 +126,7 @@ impl<R: Read + Seek> Walker<'_, R> {
             self.losses.add(Loss {
                 span: Some(index.span),
                 messages,
-                ..Loss::new(at, next - at, "a chunk", Why::Prefix)
+                ..Loss::new(at, next - at, "a chunk", Why::NotIndexed(index.length))
             });
             return Ok(Some(next));
         }

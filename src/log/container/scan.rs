@@ -3,6 +3,7 @@
 use std::io::{self, Read, Seek};
 
 use super::MAX_CHUNK;
+use super::extent;
 use super::record::{self, ChunkHeader, PREFIX, op};
 use super::registry::Registry;
 use super::source::Source;
@@ -185,13 +186,9 @@ pub fn chain<R: Read + Seek>(
                                 || registries.is_none_or(|known| known.iter().any(|r| r.knows(id)))
                         })
                 }
-                op::SCHEMA => {
+                op::SCHEMA | op::CHANNEL => {
                     next.length <= LARGEST_DEFINITION
-                        && record::schema(source.get(body, next.length)?).is_ok()
-                }
-                op::CHANNEL => {
-                    next.length <= LARGEST_DEFINITION
-                        && record::channel(source.get(body, next.length)?).is_ok()
+                        && extent::of_fields(source, next.opcode, body, next.length)?.is_some()
                 }
                 op::DATA_END => return is_data_end(source, at),
                 _ => false,

@@ -125,12 +125,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             return self.end(at);
         };
         let end = prefix.end(at);
-        let skips_chunk = self.places.after(at).is_some_and(|next| next.offset < end);
-        let is_not_its_chunk = self
-            .places
-            .at(at)
-            .is_some_and(|index| prefix.opcode != op::CHUNK || index.end() != end);
-        if !prefix.is_possible() || skips_chunk || is_not_its_chunk {
+        if !prefix.is_possible() || self.is_denied(at, prefix)? {
             return self.go_on(at, None);
         }
         match prefix.opcode {
