@@ -32,7 +32,7 @@ fn a_file_that_is_not_there_or_not_a_log() {
         2,
         &["not an MCAP file"],
     );
-    refuses(Vec::new(), 2, &["not an MCAP file"]);
+    refuses(Vec::new(), 2, &["is empty"]);
 }
 
 #[test]

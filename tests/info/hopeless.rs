@@ -84,7 +84,7 @@ fn a_log_that_is_not_whole_or_not_a_log() {
 
     for (bytes, said) in [
         (b"no log".to_vec(), "not an MCAP file"),
-        (Vec::new(), "not an MCAP file"),
+        (Vec::new(), "is empty"),
     ] {
         let run = bench.tmam(&put(&bench, bytes), "info {}");
         assert_eq!((run.code, run.stdout.as_str()), (2, ""));
