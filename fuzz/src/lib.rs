@@ -7,6 +7,11 @@ pub mod config {
     pub mod channel;
 }
 
+/// How numbers are said.
+#[path = "../../src/wording.rs"]
+#[allow(dead_code, reason = "only decoding is fuzzed")]
+pub mod wording;
+
 /// The room `log/`, as far as it is fuzzed.
 #[path = "../../src/log"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
