@@ -12,6 +12,11 @@ pub mod config {
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod wording;
 
+/// And rounded.
+#[path = "../../src/rounding.rs"]
+#[allow(dead_code, reason = "only decoding is fuzzed")]
+pub mod rounding;
+
 /// The room `log/`, as far as it is fuzzed.
 #[path = "../../src/log"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
