@@ -10,14 +10,14 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
-use tmam_replay::config::{Config, Rule};
-use tmam_replay::event::SonarId;
-use tmam_replay::geometry::{Pose2, Vec2, direction};
-use tmam_replay::log::read;
-use tmam_replay::replay::Replay;
-use tmam_replay::tmam::arc::{Arc, ArcId};
-use tmam_replay::tmam::fit::{Demands, fit_line, fit_point};
-use tmam_replay::tmam::opinion::{Gate, Opinion};
+use tmam_replay::core::config::{Config, Rule};
+use tmam_replay::core::event::SonarId;
+use tmam_replay::core::geometry::{Pose2, Vec2, direction};
+use tmam_replay::core::replay::Replay;
+use tmam_replay::core::tmam::arc::{Arc, ArcId};
+use tmam_replay::core::tmam::fit::{FitOptions, fit_line, fit_point};
+use tmam_replay::core::tmam::hypothesis::{Gate, HypothesisTest};
+use tmam_replay::io::log::read;
 
 fn main() {
     divan::main();
@@ -53,13 +53,13 @@ fn arcs(n: u32, corner: bool) -> Vec<Arc> {
 #[divan::bench(args = [3, 21])]
 fn opinion(bencher: Bencher<'_, '_>, readings: u32) {
     let (arcs, gate) = (arcs(readings, false), Gate::new(6.63));
-    bencher.bench_local(|| Opinion::of(black_box(&arcs), &gate));
+    bencher.bench_local(|| HypothesisTest::of(black_box(&arcs), &gate));
 }
 
 #[divan::bench(args = [false, true])]
 fn fit_of_a_run(bencher: Bencher<'_, '_>, corner: bool) {
     let arcs = arcs(12, corner);
-    let demands = Demands::of(&Config::default(), &Gate::new(6.63));
+    let demands = FitOptions::of(&Config::default(), &Gate::new(6.63));
     bencher.bench_local(|| {
         let arcs = black_box(&arcs);
         if corner {

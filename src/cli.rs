@@ -3,6 +3,7 @@
 mod check;
 mod config;
 mod diff;
+pub mod error;
 mod evaluate;
 mod explain;
 mod info;
@@ -13,7 +14,7 @@ mod sweep;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Error;
+use crate::cli::error::Error;
 
 /// Look into what a sonar map was made of.
 ///

@@ -10,39 +10,8 @@
 //! events    at a time   features
 //! ```
 
-pub mod assignment;
-pub mod carried;
-pub mod check;
 pub mod cli;
-pub mod config;
-pub mod diff;
-pub mod error;
-pub mod evaluate;
-pub mod event;
-pub mod explain;
-pub mod features;
-pub mod frames;
-pub mod geometry;
-pub mod golden;
-pub mod info;
-pub mod legible;
-pub mod log;
-pub mod observer;
-pub mod odometry;
-pub mod output;
-pub mod outputs;
-pub mod progress;
-pub mod recording;
-pub mod replay;
-pub mod report;
-pub mod rounding;
-pub mod scatter;
-pub mod schema;
-pub mod simulate;
-pub mod sweep;
-pub mod tmam;
-pub mod tool;
-pub mod trace;
-pub mod truth;
-pub mod wording;
-pub mod world;
+pub mod core;
+pub mod io;
+pub mod observe;
+pub mod tools;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use tmam_replay::cli::Cli;
-use tmam_replay::legible::{legible, typed_on_one_line};
+use tmam_replay::core::legible::{legible, typed_on_one_line};
 
 fn main() -> ExitCode {
     match Cli::parse().run() {

@@ -1,24 +1,24 @@
 //! The part of `tmam` that reads bytes from files, without the rest.
 
 /// How channels of unknown types are described.
-#[path = "../../src/config"]
+#[path = "../../src/core/config"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod config {
     pub mod channel;
 }
 
 /// How numbers are said.
-#[path = "../../src/wording.rs"]
+#[path = "../../src/core/wording.rs"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod wording;
 
 /// And rounded.
-#[path = "../../src/rounding.rs"]
+#[path = "../../src/core/rounding.rs"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod rounding;
 
 /// The room `log/`, as far as it is fuzzed.
-#[path = "../../src/log"]
+#[path = "../../src/io/log"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod log {
     pub mod container;

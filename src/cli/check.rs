@@ -4,14 +4,14 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::Parameters;
-use crate::check::text::{SHOWN, closing, report};
-use crate::check::{
+use crate::cli::error::Error;
+use crate::core::legible::inert_line;
+use crate::io::output::{print, print_aside};
+use crate::tools::check::text::{SHOWN, closing, report};
+use crate::tools::check::{
     CheckError, Options, Partition, ReportFiles, Suite, annotations, exit_code, json,
 };
-use crate::error::Error;
-use crate::golden::is_set;
-use crate::legible::inert_line;
-use crate::output::{print, print_aside};
+use crate::tools::golden::is_set;
 
 /// Hold logs to golden files: has anything changed that should not have?
 ///

@@ -1,9 +1,9 @@
 //! `tmam config`
 
 use super::parameters::Parameters;
-use crate::config::render::render;
-use crate::error::{DONE, Error};
-use crate::output::Output;
+use crate::cli::error::{DONE, Error};
+use crate::io::config::render::render;
+use crate::io::output::Output;
 use std::io::Write as _;
 use std::path::Path;
 

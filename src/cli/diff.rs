@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use super::parameters::Parameters;
-use crate::check::text::{SHOWN, differences};
-use crate::diff::{self, Terms};
-use crate::error::{DIFFERS, DONE, Error, INCOMPLETE};
-use crate::golden::{Tolerance, compare};
-use crate::output::print;
+use crate::cli::error::{DIFFERS, DONE, Error, INCOMPLETE};
+use crate::io::output::print;
+use crate::tools::check::text::{SHOWN, differences};
+use crate::tools::diff::{self, Terms};
+use crate::tools::golden::{Tolerance, compare};
 
 /// Compare two results: of logs, recordings, feature files or golden files
 ///
@@ -76,7 +76,7 @@ impl Args {
                 a.tolerances.or(b.tolerances).unwrap_or_default(),
                 Tolerance::with,
             )
-            .map_err(crate::check::CheckError::from)?;
+            .map_err(crate::tools::check::CheckError::from)?;
         let found = compare(&a.results, &b.results, &tolerance);
         let whole = a.losses.is_empty() && b.losses.is_empty();
         let code = if !found.matches(self.strict) {

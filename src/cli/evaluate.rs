@@ -5,17 +5,17 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use super::simulate::read_world;
-use crate::carried::carried;
-use crate::error::{DONE, Error, INCOMPLETE};
-use crate::evaluate::truth::AGREEING_RANGE;
-use crate::evaluate::{Truth, evaluate, json, text};
-use crate::golden::{Collector, LogInfo};
-use crate::log;
-use crate::outputs::{Requested, Written};
-use crate::recording::{Evaluated, Recording};
-use crate::replay::Replay;
-use crate::report;
-use crate::world::World;
+use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::core::replay::Replay;
+use crate::core::world::World;
+use crate::io::log;
+use crate::io::outputs::{Requested, Written};
+use crate::observe::recording::{Evaluated, Recording};
+use crate::observe::report;
+use crate::tools::carried::carried;
+use crate::tools::evaluate::truth::AGREEING_RANGE;
+use crate::tools::evaluate::{Truth, evaluate, json, text};
+use crate::tools::golden::{Collector, LogInfo};
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
 ///

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::{Parameters, quoted};
 use super::simulate::read_world;
-use crate::error::{DONE, Error, INCOMPLETE};
-use crate::evaluate::Truth;
-use crate::evaluate::truth::AGREEING_RANGE;
-use crate::explain::{Question, Which, explain, json, suspects, text};
-use crate::geometry::Vec2;
-use crate::log;
-use crate::output::Output;
-use crate::replay::Replay;
-use crate::report;
-use crate::world::World;
+use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::core::geometry::Vec2;
+use crate::core::replay::Replay;
+use crate::core::world::World;
+use crate::io::log;
+use crate::io::output::Output;
+use crate::observe::report;
+use crate::tools::evaluate::Truth;
+use crate::tools::evaluate::truth::AGREEING_RANGE;
+use crate::tools::explain::{Question, Which, explain, json, suspects, text};
 
 /// Tell the whole story of one arc: why it was labelled so, and what would have changed that
 ///

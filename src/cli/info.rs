@@ -4,10 +4,10 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
-use crate::error::{DONE, Error, INCOMPLETE};
-use crate::info::{Info, json, text};
-use crate::log::survey::survey;
-use crate::output::Output;
+use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::io::log::survey::survey;
+use crate::io::output::Output;
+use crate::tools::info::{Info, json, text};
 
 /// Tell what a log holds, whether it can be replayed, and what it lacks
 ///

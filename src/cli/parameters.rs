@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use toml::Value;
 
-use crate::config::file::{ConfigError, check, overridden, parse_layers};
-use crate::config::{Config, Rule};
-use crate::error::Error;
+use crate::cli::error::Error;
+use crate::core::config::{Config, Rule};
+use crate::io::config::file::{ConfigError, check, overridden, parse_layers};
 
 /// Parameters of the replay; a flag stands before the configuration file.
 #[derive(Debug, Clone, Default, PartialEq, Args)]

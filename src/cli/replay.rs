@@ -4,19 +4,19 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
-use crate::carried::carried;
-use crate::error::{DONE, Error, INCOMPLETE};
-use crate::features;
-use crate::golden::{Collector, LogInfo};
-use crate::log;
-use crate::observer::Observer;
-use crate::outputs::Requested;
-use crate::progress::Progress;
-use crate::recording::live::{DEFAULT_URL, Live};
-use crate::recording::{self, Recording};
-use crate::replay::Replay;
-use crate::report;
-use crate::trace::Trace;
+use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::core::observer::Observer;
+use crate::core::replay::Replay;
+use crate::io::log;
+use crate::io::outputs::Requested;
+use crate::observe::features;
+use crate::observe::progress::Progress;
+use crate::observe::recording::live::{DEFAULT_URL, Live};
+use crate::observe::recording::{self, Recording};
+use crate::observe::report;
+use crate::observe::trace::Trace;
+use crate::tools::carried::carried;
+use crate::tools::golden::{Collector, LogInfo};
 
 /// Replay a log: record what was seen and decided, extract features
 ///

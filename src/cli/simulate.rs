@@ -3,12 +3,12 @@
 use std::io::{Cursor, Write as _};
 use std::path::{Path as FilePath, PathBuf};
 
-use crate::error::{DONE, Error};
-use crate::output::Output;
-use crate::simulate::{
+use crate::cli::error::{DONE, Error};
+use crate::core::world::{World, WorldError};
+use crate::io::output::Output;
+use crate::tools::simulate::{
     Driving, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
 };
-use crate::world::{World, WorldError};
 
 /// Simulate a robot with a sonar ring and write a ROS 2 MCAP log with the truth in it
 ///

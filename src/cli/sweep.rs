@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::Selection;
 use super::simulate::read_world;
-use crate::error::{DONE, Error, INCOMPLETE};
-use crate::evaluate::truth::AGREEING_RANGE;
-use crate::output::{Output, is_stdout};
-use crate::outputs::refuse_collisions;
-use crate::progress::CellProgress;
-use crate::recording::grid;
-use crate::sweep::{AxisError, Grid, Plan, Request, SweepError, TruthSource, csv, json, table};
-use crate::world::World;
+use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::core::world::World;
+use crate::io::output::{Output, is_stdout};
+use crate::io::outputs::refuse_collisions;
+use crate::observe::progress::CellProgress;
+use crate::observe::recording::grid;
+use crate::tools::evaluate::truth::AGREEING_RANGE;
+use crate::tools::sweep::{
+    AxisError, Grid, Plan, Request, SweepError, TruthSource, csv, json, table,
+};
 
 /// Replay a log under every combination of parameters, and rank them
 ///

@@ -3,17 +3,17 @@
 use std::io::Cursor;
 use std::ops::RangeInclusive;
 
-use tmam_replay::config::Config;
-use tmam_replay::config::file::parse;
-use tmam_replay::evaluate::truth::AGREEING_RANGE;
-use tmam_replay::evaluate::{Evaluation, Truth, evaluate};
-use tmam_replay::geometry::Vec2;
-use tmam_replay::log::read_with_truth_in;
-use tmam_replay::replay::Replay;
-use tmam_replay::simulate::{
+use tmam_replay::core::config::Config;
+use tmam_replay::core::geometry::Vec2;
+use tmam_replay::core::replay::Replay;
+use tmam_replay::core::world::World;
+use tmam_replay::io::config::file::parse;
+use tmam_replay::io::log::read_with_truth_in;
+use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
+use tmam_replay::tools::evaluate::{Evaluation, Truth, evaluate};
+use tmam_replay::tools::simulate::{
     Driving, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
 };
-use tmam_replay::world::World;
 
 /// How the robot goes through the room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use tmam_replay::evaluate::Evaluation;
-use tmam_replay::evaluate::matching::Error;
-use tmam_replay::geometry::{Vec2, unit};
-use tmam_replay::world::{Reflector, World};
+use tmam_replay::core::geometry::{Vec2, unit};
+use tmam_replay::core::world::{Reflector, World};
+use tmam_replay::tools::evaluate::Evaluation;
+use tmam_replay::tools::evaluate::matching::Error;
 
 use crate::tables::Row;
 

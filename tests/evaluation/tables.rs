@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use tmam_replay::evaluate::Evaluation;
-use tmam_replay::evaluate::errors::Nees;
-use tmam_replay::evaluate::map::{KindScore, MapScore};
+use tmam_replay::tools::evaluate::Evaluation;
+use tmam_replay::tools::evaluate::errors::Nees;
+use tmam_replay::tools::evaluate::map::{KindScore, MapScore};
 
 use crate::study::Case;
 use crate::table_one;

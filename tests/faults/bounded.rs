@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Read, Result, Seek, SeekFrom};
 
-use tmam_replay::log::container::{Unchecked, walk_in};
+use tmam_replay::io::log::container::{Unchecked, walk_in};
 
 use crate::raw::{channel, claiming, file, message};
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use tmam_replay::log::fuzzing::TARGETS;
+use tmam_replay::io::log::fuzzing::TARGETS;
 
 use crate::damage::{Dice, Fault};
 use crate::pristine::logs;

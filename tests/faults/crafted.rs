@@ -1,6 +1,6 @@
 //! Files made to break a reader.
 
-use tmam_replay::log::container::Unchecked;
+use tmam_replay::io::log::container::Unchecked;
 
 use crate::pristine::{read, read_with};
 use crate::raw::{Chunk, channel, claiming, end, file, good, message, record};

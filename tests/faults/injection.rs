@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::panic::catch_unwind;
 
-use tmam_replay::log::container::Unchecked;
+use tmam_replay::io::log::container::Unchecked;
 
 use crate::damage::{Dice, Fault};
 use crate::pristine::{Message, Pristine, logs, read, read_with};

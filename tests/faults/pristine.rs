@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use mcap::records::Record;
 use mcap::{Compression, WriteOptions};
-use tmam_replay::log::container::{Loss, Unchecked, walk_in};
+use tmam_replay::io::log::container::{Loss, Unchecked, walk_in};
 
 use crate::support::{rewrite, sample};
 

@@ -1,7 +1,7 @@
 //! `tmam diff` of recordings: by the results that they carry.
 
 use serde_json::Value;
-use tmam_replay::recording::Carried;
+use tmam_replay::observe::recording::Carried;
 
 use crate::diff::{diff, with_features};
 use crate::support::sample;

@@ -1,6 +1,8 @@
 //! From Rust: how another crate holds features of its own.
 
-use tmam_replay::golden::{Feature, Golden, HoldError, Outcome, Results, Tolerance, compare, hold};
+use tmam_replay::tools::golden::{
+    Feature, Golden, HoldError, Outcome, Results, Tolerance, compare, hold,
+};
 
 use crate::support::Bench;
 

@@ -113,8 +113,8 @@ fn a_reader_that_goes_away_is_no_reason_to_fail() {
 
 #[test]
 fn a_survey_of_a_good_log_is_what_a_replay_reads() {
-    use tmam_replay::config::Config;
-    use tmam_replay::log::{read, survey::survey};
+    use tmam_replay::core::config::Config;
+    use tmam_replay::io::log::{read, survey::survey};
     let config = Config::default();
     for name in ["room_drive.mcap", "room_step.mcap"] {
         let surveyed = survey(&sample(name), &config).unwrap();

@@ -1,0 +1,122 @@
+//! What can go wrong in a command, and the exit code that goes with it.
+
+use std::path::PathBuf;
+
+use crate::core::replay::ReplayError;
+use crate::io::config::file::ConfigError;
+use crate::io::log::{LogError, itemised};
+use crate::io::output::OutputError;
+use crate::io::outputs::OutputsError;
+use crate::observe::recording;
+use crate::tools::check::CheckError;
+use crate::tools::diff::DiffError;
+use crate::tools::evaluate::TruthError;
+use crate::tools::explain::ExplainError;
+use crate::tools::golden::GoldenError;
+use crate::tools::simulate::SimulateError;
+use crate::tools::sweep::SweepError;
+
+/// Exit code of a command that finished.
+pub const DONE: u8 = 0;
+/// Exit code of a command whose verdict is no.
+pub const DIFFERS: u8 = 1;
+/// Exit code for usage, configuration or input that cannot be read.
+pub const UNUSABLE: u8 = 2;
+/// Exit code of a command that finished on an incomplete log, or had nothing to judge.
+pub const INCOMPLETE: u8 = 3;
+
+/// What can go wrong in a command.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A log that is not whole, where only a whole one will do.
+    #[error("{file} could not be read whole, as --strict asks. Lost:{}", itemised(.losses))]
+    Incomplete {
+        /// The log.
+        file: String,
+        /// What could not be read.
+        losses: Vec<String>,
+    },
+    /// A log in which nothing can be replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// Nothing to hold a replay against.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
+    /// Nothing to explain.
+    #[error(transparent)]
+    Explain(#[from] ExplainError),
+    /// A flag, or a configuration made of flags.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A `--set` flag.
+    #[error("--set takes KEY=VALUE, with text in quotes ('input.robot_frame=\"base\"'): {source}")]
+    Set {
+        /// What is wrong with it.
+        source: ConfigError,
+    },
+    /// A sweep.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// A simulation.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// A configuration file.
+    #[error("{}: {source}", path.display())]
+    ConfigFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong in it.
+        source: ConfigError,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// An output that cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Outputs that cannot be opened together.
+    #[error(transparent)]
+    Outputs(#[from] OutputsError),
+    /// A check that cannot begin.
+    #[error(transparent)]
+    Check(#[from] CheckError),
+    /// Parameters for a check, which takes them from the golden file.
+    #[error(
+        "check replays each log with the configuration in its golden file, so parameters have no place here; they go \
+         with --bless, or try `tmam diff`"
+    )]
+    ParametersWithoutBless,
+    /// A comparison that cannot begin.
+    #[error(transparent)]
+    Diff(#[from] DiffError),
+    /// A golden file.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    /// A report that cannot be formed.
+    #[error("cannot form the report: {0}")]
+    Report(Box<dyn std::error::Error + Send + Sync>),
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] recording::Error),
+}
+
+impl Error {
+    /// The exit code that goes with it.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Replay(error) | Self::Explain(ExplainError::Replay(error)) => match error {
+                ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. } => INCOMPLETE,
+                _ => UNUSABLE,
+            },
+            _ => UNUSABLE,
+        }
+    }
+}

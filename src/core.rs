@@ -1,0 +1,16 @@
+pub mod assignment;
+pub mod config;
+pub mod event;
+pub mod frames;
+pub mod geometry;
+pub mod legible;
+pub mod noise_estimate;
+pub mod observer;
+pub mod odometry;
+pub mod replay;
+pub mod rounding;
+pub mod tmam;
+pub mod tool;
+pub mod truth;
+pub mod wording;
+pub mod world;

@@ -1,0 +1,298 @@
+//! Every parameter of a replay, with its default.
+//!
+//! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
+
+pub mod channel;
+mod defaults;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use channel::ChannelFields;
+
+/// How arcs are labelled and features fused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// The paper's rule, with its errors corrected (`docs/algorithm.md`).
+    Paper,
+    /// What the readings support within their noise (`docs/algorithm.md`): the default.
+    NoiseAware,
+}
+
+/// The parameters of a replay: [`Config::default`] or [`file::parse`], then [`file::check`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// How arcs are labelled and features fused.
+    pub rule: Rule,
+    /// What is read from the log.
+    pub input: Input,
+    /// How readings are grouped into frames.
+    pub frames: Frames,
+    /// What interrupts one sonar's sequence of readings.
+    pub sequence: Sequence,
+    /// How a triple of arcs is labelled.
+    pub triple: Triple,
+    /// How precise a reading is taken to be.
+    pub noise: Noise,
+    /// When the readings of a triple contradict its label.
+    pub opinion: TestBounds,
+    /// How features are fused into the map.
+    pub map: Map,
+    /// In what the noise-aware rule departs from the paper; without effect on the paper's rule.
+    pub noise_aware: NoiseAwareOptions,
+    /// What holds for every sonar whose messages or transforms do not say it.
+    pub sonars: SonarDefaults,
+    /// What is known of single sonars, by name.
+    pub sonar: BTreeMap<String, SonarOverride>,
+    /// Messages of unknown types, by topic.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub channel: BTreeMap<String, ChannelFields>,
+}
+
+/// What is read from the log.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Input {
+    /// Globs over the topics that carry ranges. Empty: every topic with a range type.
+    pub range_topics: Vec<String>,
+    /// Globs over the topics that carry odometry. Empty: the one topic with an odometry type.
+    pub odometry_topics: Vec<String>,
+    /// Globs over the sonars that enter the frames. Empty: all. The others still open frames, so
+    /// that frame numbers are those of the whole run.
+    pub sonars: Vec<String>,
+    /// Readings earlier than this after the first one are left out, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    /// Readings later than this after the first one are left out, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
+    /// Frame that the odometry moves and the sonars are mounted in; the odometry's
+    /// `child_frame_id` where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot_frame: Option<String>,
+    /// Frame that the odometry is in, where messages or transforms give the robot's pose in several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world_frame: Option<String>,
+    /// Leave out readings that merely repeat a sonar's last value while the robot moved.
+    pub drop_repeats: bool,
+    /// Use messages that only the data section's checksum covers where that does not agree: any of
+    /// them may be damaged.
+    pub trust_unchecked: bool,
+    /// Most readings and odometry samples that are held in memory.
+    pub max_readings: u64,
+    /// How long before its stamp a reading was taken, on the odometry's clock, seconds: it gets the
+    /// pose of that instant. Stamps stay as the log has them.
+    pub range_delay: f64,
+}
+
+/// How readings are grouped into frames.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Frames {
+    /// Distance driven that opens a new frame, metres; 0 opens one at every reading stamp.
+    pub step: f64,
+    /// Turn that opens a new frame, radians.
+    pub step_angle: f64,
+    /// Widest pair of odometry samples to interpolate between, seconds.
+    pub max_odometry_gap: f64,
+    /// How far beyond the first and last odometry sample a pose is extrapolated, seconds.
+    pub max_extrapolation: f64,
+}
+
+/// What interrupts one sonar's sequence of readings.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sequence {
+    /// Longest time between neighbouring readings, seconds.
+    pub max_gap: f64,
+    /// Longest way between the sensor centres of neighbouring readings, metres.
+    pub max_baseline: f64,
+}
+
+/// How a triple of arcs is labelled.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Triple {
+    /// `theta_c < alpha * theta_i` for a contact arc; in (0, 1).
+    pub alpha: f64,
+    /// `theta_c > beta * theta_i` for an intersection arc; above 1.
+    pub beta: f64,
+    /// Gate on the smaller of the two angles, radians; below the beam width.
+    pub gamma: f64,
+    /// Largest heading change between neighbouring arcs, radians.
+    pub turn_tolerance: f64,
+    /// Largest bend between the two base lines, radians.
+    pub bend_tolerance: f64,
+}
+
+/// Standard deviation of ranges of which nothing is known, metres.
+pub const SIGMA_UNKNOWN: f64 = 0.01;
+
+/// How precise a reading is taken to be: `sigma^2 = sigma_abs^2 + (sigma_rel r)^2` where its message
+/// gives no variance (or one that is not trusted), and on top of either what the pose adds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Noise {
+    /// Whether a message's variance is taken where it gives one.
+    pub trust_variance: bool,
+    /// Metres; measured from the ranges where it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_abs: Option<f64>,
+    /// Fraction of the range.
+    pub sigma_rel: f64,
+    /// What the sensor's place from reading to reading is off by, metres: odometry and the clock.
+    pub sigma_pose: f64,
+}
+
+/// When readings support a line or a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TestBounds {
+    /// A line or a point explains three readings when its chi2, with one degree of freedom, is
+    /// below this; more readings have a gate that lets through the same share.
+    pub gate: f64,
+    /// By how much chi2 of the one must exceed that of the other for readings to decide.
+    pub decisive: f64,
+    /// How many readings to either side of an arc are looked at, at most.
+    pub max_half_width: usize,
+}
+
+/// How features are fused into the map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Map {
+    /// Points nearer than this are the same point, metres.
+    pub match_distance: f64,
+    /// Features are the same when their Mahalanobis distance, squared, is below this.
+    pub gate: f64,
+    /// Longest stretch without readings between two segments of one wall, metres.
+    pub max_wall_gap: f64,
+    /// This many runs that agree confirm a feature.
+    pub confirm_runs: u32,
+    /// This many readings confirm a feature that comes from fewer runs.
+    pub confirm_readings: u32,
+}
+
+/// In what the noise-aware rule departs from the paper, each to be switched off by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NoiseAwareOptions {
+    /// Arcs are labelled by what their readings support, widened until it is decided; not by
+    /// comparing theta_c with theta_i.
+    pub label_by_opinion: bool,
+    /// Fits are iterated to their end, not until a step is below a centimetre.
+    pub converge: bool,
+    /// A run is accepted only if all its readings fit, but for a few outliers.
+    pub reject_misfits: bool,
+    /// A run that does not fit as a whole is broken where its parts fit best.
+    pub break_runs: bool,
+    /// A feature whose mirror image at the robot's path fits as well is not registered.
+    pub reject_mirrored: bool,
+    /// Features are fused by their information, matched by their Mahalanobis distance; not by means
+    /// weighted with numbers of readings, matched by (24) to (26).
+    pub fuse_by_information: bool,
+    /// Features of the map that turn out to be the same become one.
+    pub merge: bool,
+    /// A feature with too little support stays tentative.
+    pub confirm: bool,
+    /// Walls end at the corners that they run across.
+    pub end_at_corners: bool,
+    /// At the end of the log, features are fitted anew to all readings that they alone explain.
+    pub gather: bool,
+    /// After that, walls and the corners in which they meet are estimated together.
+    pub join_corners: bool,
+}
+
+/// What holds for every sonar whose messages do not say it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SonarDefaults {
+    /// Full opening angle of the beam, radians; used where the message has 0 or NaN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beam_width: Option<f64>,
+}
+
+/// What is known of one sonar.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SonarOverride {
+    /// Mounting position in the robot's frame, metres; taken before any transform in the log. What
+    /// of x, y and yaw is not given is the log's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<f64>,
+    /// See `x`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<f64>,
+    /// Direction of the beam axis in the robot's frame, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub yaw: Option<f64>,
+    /// Full opening angle of the beam, radians; used where the message has 0 or NaN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beam_width: Option<f64>,
+    /// Closest distance measured, metres; taken before the message's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_range: Option<f64>,
+    /// Where "no echo" begins, metres; taken before the message's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_range: Option<f64>,
+}
+
+impl SonarOverride {
+    /// Whether it says anything of the mount.
+    pub fn has_mount(&self) -> bool {
+        self.x.is_some() || self.y.is_some() || self.yaw.is_some()
+    }
+}
+
+impl NoiseAwareOptions {
+    /// None: the paper to the letter.
+    pub const NONE: Self = Self {
+        label_by_opinion: false,
+        converge: false,
+        reject_misfits: false,
+        break_runs: false,
+        reject_mirrored: false,
+        fuse_by_information: false,
+        merge: false,
+        confirm: false,
+        end_at_corners: false,
+        gather: false,
+        join_corners: false,
+    };
+}
+
+impl Config {
+    /// The defaults under one rule.
+    pub fn with_rule(rule: Rule) -> Self {
+        Self {
+            rule,
+            ..Self::default()
+        }
+    }
+
+    /// In what the rule departs from the paper.
+    pub fn departures(&self) -> NoiseAwareOptions {
+        match self.rule {
+            Rule::Paper => NoiseAwareOptions::NONE,
+            Rule::NoiseAware => self.noise_aware,
+        }
+    }
+}
+
+impl Noise {
+    /// Variance of a reading of `range` metres: the driver's where it gave one, else the model's;
+    /// and the pose's.
+    pub fn variance(&self, range: f64, reported: f64) -> f64 {
+        let measured = if self.trust_variance && reported > 0.0 && reported.is_finite() {
+            reported
+        } else {
+            let relative = self.sigma_rel * range;
+            let absolute = self.sigma_abs.unwrap_or(SIGMA_UNKNOWN);
+            absolute * absolute + relative * relative
+        };
+        measured + self.sigma_pose * self.sigma_pose
+    }
+}

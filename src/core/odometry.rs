@@ -1,0 +1,207 @@
+//! The robot's pose at any instant, from odometry samples.
+
+use crate::core::config::Frames;
+use crate::core::event::{OdometrySample, RangeReading};
+use crate::core::geometry::{Pose2, wrap_angle};
+
+/// A track of odometry samples, sorted by stamp.
+#[derive(Debug, Clone, Copy)]
+pub struct Track<'a> {
+    samples: &'a [OdometrySample],
+    max_gap: f64,
+    max_extrapolation: f64,
+    range_delay_ns: i64,
+}
+
+/// Why a stamp has no pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum NoPose {
+    /// Before the first sample.
+    Before,
+    /// After the last sample.
+    After,
+    /// The samples around it lie too far apart.
+    Gap,
+}
+
+impl<'a> Track<'a> {
+    /// A track over samples sorted by stamp.
+    pub fn new(samples: &'a [OdometrySample], bounds: &Frames) -> Self {
+        Self {
+            samples,
+            max_gap: bounds.max_odometry_gap,
+            max_extrapolation: bounds.max_extrapolation,
+            range_delay_ns: 0,
+        }
+    }
+
+    /// The same for readings that were taken `seconds` before their stamps.
+    pub fn with_range_delay(self, seconds: f64) -> Self {
+        Self {
+            // A float too large for a stamp becomes the largest one.
+            range_delay_ns: libm::rint(seconds * 1e9) as i64,
+            ..self
+        }
+    }
+
+    /// When a reading was taken, on the odometry's clock.
+    pub fn instant_ns(&self, reading: &RangeReading) -> i64 {
+        reading.stamp_ns.saturating_sub(self.range_delay_ns)
+    }
+
+    /// The robot's pose when a reading was taken.
+    ///
+    /// # Errors
+    /// As [`Self::world_from_robot`].
+    pub fn world_from_robot_at(&self, reading: &RangeReading) -> Result<Pose2, NoPose> {
+        self.world_from_robot(self.instant_ns(reading))
+    }
+
+    /// The robot's pose at a stamp: the sample's own, or interpolated between the two around it
+    /// (position linear, heading on the shortest arc).
+    ///
+    /// # Errors
+    /// Outside the samples, or between two that lie more than the allowed gap apart.
+    pub fn world_from_robot(&self, stamp_ns: i64) -> Result<Pose2, NoPose> {
+        let after = self.samples.partition_point(|s| s.stamp_ns < stamp_ns);
+        if let Some(exact) = self.samples.get(after).filter(|s| s.stamp_ns == stamp_ns) {
+            return Ok(exact.world_from_robot);
+        }
+        let (earlier, later) = self.samples.split_at(after);
+        match (earlier, later) {
+            ([.., a], [b, ..]) => {
+                let gap = seconds(a.stamp_ns, b.stamp_ns);
+                (gap <= self.max_gap)
+                    .then(|| between(a, b, stamp_ns))
+                    .ok_or(NoPose::Gap)
+            }
+            ([], [first, ..]) => self
+                .beyond(
+                    seconds(stamp_ns, first.stamp_ns),
+                    later.first_chunk(),
+                    stamp_ns,
+                )
+                .ok_or(NoPose::Before),
+            ([.., last], []) => self
+                .beyond(
+                    seconds(last.stamp_ns, stamp_ns),
+                    earlier.last_chunk(),
+                    stamp_ns,
+                )
+                .ok_or(NoPose::After),
+            ([], []) => Err(NoPose::Before),
+        }
+    }
+
+    /// Extrapolates from the two samples at one end of the track, where that is allowed.
+    fn beyond(&self, by: f64, end: Option<&[OdometrySample; 2]>, stamp_ns: i64) -> Option<Pose2> {
+        let [a, b] = end?;
+        let allowed =
+            by <= self.max_extrapolation && seconds(a.stamp_ns, b.stamp_ns) <= self.max_gap;
+        (allowed && a.stamp_ns != b.stamp_ns).then(|| between(a, b, stamp_ns))
+    }
+}
+
+fn seconds(from_ns: i64, to_ns: i64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 * 1e-9
+}
+
+fn between(a: &OdometrySample, b: &OdometrySample, stamp_ns: i64) -> Pose2 {
+    let span = b.stamp_ns.saturating_sub(a.stamp_ns) as f64;
+    let t = stamp_ns.saturating_sub(a.stamp_ns) as f64 / span;
+    let (from, to) = (a.world_from_robot, b.world_from_robot);
+    Pose2::new(
+        from.x + t * (to.x - from.x),
+        from.y + t * (to.y - from.y),
+        from.yaw + t * wrap_angle(to.yaw - from.yaw),
+    )
+}
+
+impl NoPose {
+    /// The word under which such readings are counted.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Before => "before-odometry",
+            Self::After => "after-odometry",
+            Self::Gap => "odometry-gap",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(seconds: f64, x: f64, yaw: f64) -> OdometrySample {
+        OdometrySample {
+            stamp_ns: (seconds * 1e9) as i64,
+            world_from_robot: Pose2::new(x, 0.0, yaw),
+        }
+    }
+
+    fn track(samples: &[OdometrySample], max_extrapolation: f64) -> Track<'_> {
+        let bounds = Frames {
+            max_extrapolation,
+            ..Frames::default()
+        };
+        Track::new(samples, &bounds)
+    }
+
+    #[test]
+    fn headings_take_the_short_way_round() {
+        let samples = [sample(0.0, 0.0, 3.0), sample(0.4, 1.0, -3.0)];
+        let pose = track(&samples, 0.0).world_from_robot(200_000_000).unwrap();
+        assert!((pose.x - 0.5).abs() < 1e-12);
+        assert!(
+            (pose.yaw.abs() - std::f64::consts::PI).abs() < 1e-12,
+            "{}",
+            pose.yaw
+        );
+    }
+
+    #[test]
+    fn a_stamp_of_a_sample_takes_its_pose_even_next_to_a_gap() {
+        let samples = [sample(0.0, 1.0, 0.1), sample(9.0, 2.0, 0.2)];
+        let track = track(&samples, 0.0);
+        assert_eq!(track.world_from_robot(0), Ok(samples[0].world_from_robot));
+        assert_eq!(
+            track.world_from_robot(9_000_000_000),
+            Ok(samples[1].world_from_robot)
+        );
+        assert_eq!(track.world_from_robot(1), Err(NoPose::Gap));
+        assert_eq!(track.world_from_robot(-1), Err(NoPose::Before));
+        assert_eq!(track.world_from_robot(9_000_000_001), Err(NoPose::After));
+    }
+
+    #[test]
+    fn extrapolation_goes_only_as_far_as_allowed() {
+        let samples = [sample(0.0, 0.0, 0.0), sample(0.4, 0.4, 0.0)];
+        let track = track(&samples, 0.1);
+        assert!((track.world_from_robot(450_000_000).unwrap().x - 0.45).abs() < 1e-12);
+        assert!((track.world_from_robot(-50_000_000).unwrap().x + 0.05).abs() < 1e-12);
+        assert_eq!(track.world_from_robot(600_000_000), Err(NoPose::After));
+    }
+
+    #[test]
+    fn no_samples_no_pose() {
+        assert_eq!(track(&[], 9.0).world_from_robot(5), Err(NoPose::Before));
+        let lone = [sample(0.0, 1.0, 0.0)];
+        assert_eq!(track(&lone, 9.0).world_from_robot(5), Err(NoPose::After));
+    }
+
+    #[test]
+    fn stamps_at_the_ends_of_time_do_not_overflow() {
+        let far = OdometrySample {
+            stamp_ns: i64::MAX,
+            world_from_robot: Pose2::IDENTITY,
+        };
+        let near = OdometrySample {
+            stamp_ns: i64::MIN,
+            ..far
+        };
+        assert_eq!(
+            track(&[near, far], 0.0).world_from_robot(0),
+            Err(NoPose::Gap)
+        );
+    }
+}

@@ -1,0 +1,267 @@
+//! Features: line segments and points with covariance.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::arc::ArcId;
+use super::hypothesis::HypothesisTest;
+use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
+
+/// A wall: the line `x cos(theta) + y sin(theta) = rho` between two ends, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// Distance of the line from the origin, metres, >= 0.
+    pub rho: f64,
+    /// Direction of its normal, radians in (-pi, pi].
+    pub theta: f64,
+    /// Covariance over (rho, theta).
+    pub covariance: Matrix2<f64>,
+    /// Middle of the segment.
+    pub mid: Vec2,
+    /// Half its length, metres.
+    pub half_length: f64,
+}
+
+/// A corner or an edge, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Where it is.
+    pub position: Vec2,
+    /// Covariance over (x, y).
+    pub covariance: Matrix2<f64>,
+}
+
+/// What a run of arcs was fitted to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
+    /// A run of contact arcs.
+    Line(Segment),
+    /// A run of intersection arcs.
+    Point(Point),
+}
+
+/// Line or point, where the shape itself may be unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A line segment.
+    Line,
+    /// A point.
+    Point,
+}
+
+/// Why a fit was not registered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rejection {
+    /// No two of its arcs give a point to start from.
+    NoStart,
+    /// The readings do not determine it.
+    Singular,
+    /// The iteration ran away.
+    Diverged,
+    /// It lies outside the beams it came from.
+    OutsideBeams,
+    /// Its readings do not all come from one feature.
+    Misfit,
+    /// Its mirror image at the robot's path fits as well.
+    Mirrored,
+}
+
+/// What became of an extracted feature.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// New in the map under this id.
+    Registered(u32),
+    /// Fused into the map feature with this id.
+    Merged(u32),
+    /// Not used.
+    Rejected(Rejection),
+}
+
+/// One closed run of equally labelled arcs, and what it gave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extraction {
+    /// Counts from 0 in the order of extraction.
+    pub id: u32,
+    /// What the run's label says.
+    pub kind: Kind,
+    /// The run: its labelled arcs, in order.
+    pub labelled: Vec<ArcId>,
+    /// The associated arcs: the run and its neighbour on either side.
+    pub associated: Vec<ArcId>,
+    /// The estimate; `None` where there was none to speak of.
+    pub shape: Option<Shape>,
+    /// Root mean square of range minus prediction, metres; 0 without an estimate.
+    pub residual_rms: f64,
+    /// Iterations of (10) that were made.
+    pub iterations: u32,
+    /// Whether the stopping rule was met.
+    pub converged: bool,
+    /// What all its readings together support, but for those that the fit left out.
+    pub opinion: HypothesisTest,
+    /// Associated arcs that the fit left out.
+    pub outliers: Vec<ArcId>,
+    /// What became of it.
+    pub action: Action,
+    /// The map feature after this extraction; `None` where it was rejected.
+    pub map_feature: Option<MapFeature>,
+    /// Map features that turned out to be the same as this one, and are gone.
+    pub absorbed: Vec<u32>,
+}
+
+/// A registered feature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapFeature {
+    /// Kept from registration on; unique over lines and points.
+    pub id: u32,
+    /// Where it is.
+    pub shape: Shape,
+    /// How many associated readings stand behind it: the n of (24)-(27).
+    pub readings: u32,
+    /// How many runs gave it.
+    pub runs: u32,
+    /// Whether that is enough to believe in it.
+    pub status: Status,
+}
+
+/// How sure it is that a feature of the map exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// More than one run, or enough readings, say so. Under the paper's rule always.
+    Confirmed,
+    /// A single short run says so.
+    Tentative,
+}
+
+impl Status {
+    /// The word in files: `confirmed` or `tentative`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::Tentative => "tentative",
+        }
+    }
+}
+
+impl Shape {
+    /// How far it is from a place in the world, metres.
+    pub fn distance(&self, place: Vec2) -> f64 {
+        match self {
+            Self::Line(segment) => (segment.rho - place.dot(&unit(segment.theta))).abs(),
+            Self::Point(point) => (point.position - place).norm(),
+        }
+    }
+}
+
+impl Segment {
+    /// The line seen from a place in the world: its distance from there along its normal (negative
+    /// behind), its theta, and the covariance over the two.
+    pub fn about(&self, origin: Vec2) -> (Vector2<f64>, Matrix2<f64>) {
+        let normal = unit(self.theta);
+        let along = Vec2::new(-normal.y, normal.x);
+        let local = Vector2::new(self.rho - origin.dot(&normal), self.theta);
+        let local_from_world = Matrix2::new(1.0, -origin.dot(&along), 0.0, 1.0);
+        let covariance = local_from_world * self.covariance * local_from_world.transpose();
+        (local, covariance)
+    }
+
+    /// The same segment with the line that is seen from `origin` at (distance, theta).
+    pub fn with_line_about(
+        self,
+        origin: Vec2,
+        local: Vector2<f64>,
+        covariance: Matrix2<f64>,
+    ) -> Self {
+        let normal = unit(local.y);
+        let along = Vec2::new(-normal.y, normal.x);
+        let world_from_local = Matrix2::new(1.0, origin.dot(&along), 0.0, 1.0);
+        Self {
+            rho: local.x + origin.dot(&normal),
+            theta: local.y,
+            covariance: world_from_local * covariance * world_from_local.transpose(),
+            ..self
+        }
+    }
+
+    /// The two ends.
+    pub fn ends(&self) -> [Vec2; 2] {
+        let along = unit(self.theta + std::f64::consts::FRAC_PI_2) * self.half_length;
+        [self.mid - along, self.mid + along]
+    }
+
+    /// The same segment with `rho >= 0` and theta in (-pi, pi]: (rho, theta) and
+    /// (-rho, theta + pi) are one line.
+    pub fn canonical(self) -> Self {
+        if self.rho < 0.0 {
+            self.flipped()
+        } else {
+            Self {
+                theta: wrap_angle(self.theta),
+                ..self
+            }
+        }
+    }
+
+    /// The same segment under the other sign of (rho, theta).
+    pub fn flipped(self) -> Self {
+        let [c12, c21] = [-self.covariance.m12, -self.covariance.m21];
+        Self {
+            rho: -self.rho,
+            theta: wrap_angle(self.theta + std::f64::consts::PI),
+            covariance: Matrix2::new(self.covariance.m11, c12, c21, self.covariance.m22),
+            ..self
+        }
+    }
+}
+
+impl Point {
+    /// Polar coordinates (rho, alpha) of (7), metres and radians.
+    pub fn polar(&self) -> (f64, f64) {
+        (self.position.norm(), direction(self.position))
+    }
+
+    /// Covariance over (rho, alpha), (22); `None` where the point lies so near the origin that
+    /// polar coordinates are singular: closer than its own standard deviation.
+    pub fn polar_covariance(&self) -> Option<Matrix2<f64>> {
+        let (rho, alpha) = self.polar();
+        if rho * rho <= self.covariance.trace() {
+            return None;
+        }
+        let n = unit(alpha);
+        let polar_from_xy = Matrix2::new(n.x, n.y, -n.y / rho, n.x / rho);
+        Some(polar_from_xy * self.covariance * polar_from_xy.transpose())
+    }
+}
+
+impl Shape {
+    /// Line or point.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Line(_) => Kind::Line,
+            Self::Point(_) => Kind::Point,
+        }
+    }
+}
+
+impl Kind {
+    /// `line` or `point`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Point => "point",
+        }
+    }
+}
+
+impl Rejection {
+    /// The word in files: `no-start`, `singular`, `diverged`, `outside-beams`, `misfit` or
+    /// `mirrored`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoStart => "no-start",
+            Self::Singular => "singular",
+            Self::Diverged => "diverged",
+            Self::OutsideBeams => "outside-beams",
+            Self::Misfit => "misfit",
+            Self::Mirrored => "mirrored",
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! The second opinion: which of a line and a point explains neighbouring readings within their noise.
+//!
+//! The paper compares two angles; it does not ask whether the readings are precise enough to tell.
+//! Here a line and a point are fitted to the same readings, inside the beams, and the weighted
+//! squares of what remains say what the readings themselves support.
+
+mod gate;
+mod line;
+mod minimum;
+mod point;
+
+pub use gate::Gate;
+
+use super::arc::Arc;
+use super::feature::Kind;
+use super::triple::Label;
+
+/// What readings support.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Support {
+    /// Only a line explains them.
+    Line,
+    /// Only a point does.
+    Point,
+    /// Both do: the base line is too short for the noise, or the target is seen end-on.
+    Ambiguous,
+    /// Neither does: they come from different targets.
+    Neither,
+}
+
+/// The second opinion on neighbouring readings of one sonar.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HypothesisTest {
+    /// How many readings; two more than there are degrees of freedom.
+    pub readings: usize,
+    /// Weighted squares that remain of the best line inside the beams; infinite where the beams
+    /// have no bearing in common.
+    pub chi2_line: f64,
+    /// The same of the best point.
+    pub chi2_point: f64,
+    /// What follows from the two.
+    pub support: Support,
+}
+
+impl HypothesisTest {
+    /// The opinion on neighbouring arcs, at least three of them; a model explains them when its chi2
+    /// is below the gate for their number.
+    pub fn of(arcs: &[Arc], gate: &Gate) -> Self {
+        let gate = gate.at(arcs.len().saturating_sub(2));
+        let (chi2_line, chi2_point) = (line::least_chi2(arcs), point::least_chi2(arcs));
+        let support = match (chi2_line < gate, chi2_point < gate) {
+            (true, false) => Support::Line,
+            (false, true) => Support::Point,
+            (true, true) => Support::Ambiguous,
+            (false, false) => Support::Neither,
+        };
+        Self {
+            readings: arcs.len(),
+            chi2_line,
+            chi2_point,
+            support,
+        }
+    }
+
+    /// The kind of feature that alone explains the readings, where the other one is worse by at
+    /// least `decisive`.
+    pub fn decided(&self, decisive: f64) -> Option<Kind> {
+        let kind = self.support.kind()?;
+        let lead = match kind {
+            Kind::Line => self.chi2_point - self.chi2_line,
+            Kind::Point => self.chi2_line - self.chi2_point,
+        };
+        (lead >= decisive).then_some(kind)
+    }
+
+    /// How far the readings are beyond deciding for a kind, as chi2: the least of its room below the
+    /// gate, the other kind's excess over it, and what the lead has beyond `decisive`. Negative where
+    /// they do not decide for it.
+    pub fn beyond(&self, kind: Kind, gate: f64, decisive: f64) -> f64 {
+        let (own, other) = match kind {
+            Kind::Line => (self.chi2_line, self.chi2_point),
+            Kind::Point => (self.chi2_point, self.chi2_line),
+        };
+        // Of two infinite ones there is no difference, and no room below the gate either.
+        (gate - own).min(other - gate).min(other - own - decisive)
+    }
+
+    /// Whether the readings contradict a label.
+    pub fn contradicts(&self, label: Label) -> bool {
+        match label {
+            Label::Contact => matches!(self.support, Support::Point | Support::Neither),
+            Label::Intersection => matches!(self.support, Support::Line | Support::Neither),
+            Label::Unidentified(_) => false,
+        }
+    }
+}
+
+impl Support {
+    /// The word in files: `line`, `point`, `ambiguous` or `neither`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Point => "point",
+            Self::Ambiguous => "ambiguous",
+            Self::Neither => "neither",
+        }
+    }
+
+    /// The one kind of feature that explains the readings.
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            Self::Line => Some(Kind::Line),
+            Self::Point => Some(Kind::Point),
+            Self::Ambiguous | Self::Neither => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::event::SonarId;
+    use crate::core::geometry::{Pose2, Vec2, unit};
+    use crate::core::tmam::arc::ArcId;
+    use proptest::prelude::*;
+
+    const GATE: f64 = 6.63;
+
+    /// Three arcs of a sensor that looks along `yaw`, a step of 12 cm apart along x.
+    fn triple(yaw: f64, sigma: f64, range: impl Fn(Vec2) -> f64) -> [Arc; 3] {
+        [0.0, 0.12, 0.24].map(|x| {
+            let sensor = Vec2::new(x, 0.0);
+            Arc {
+                id: ArcId {
+                    frame: 0,
+                    sonar: SonarId(0),
+                },
+                stamp_ns: 0,
+                world_from_sensor: Pose2::new(sensor.x, sensor.y, yaw),
+                range: range(sensor),
+                beam_width: 0.5,
+                variance: sigma * sigma,
+            }
+        })
+    }
+
+    fn opinion(arcs: &[Arc; 3]) -> HypothesisTest {
+        HypothesisTest::of(arcs, &Gate::new(GATE))
+    }
+
+    proptest! {
+        #[test]
+        fn exact_readings_support_what_gave_them(yaw in 1.1..2.0f64, tilt in -0.1..0.1f64, rho in 1.5..4.0f64) {
+            let normal = unit(yaw + tilt);
+            let wall = opinion(&triple(yaw, 1e-5, |s| rho - normal.dot(&s)));
+            prop_assert!(wall.chi2_line < 1e-3, "{wall:?}");
+            prop_assert_eq!(wall.support, Support::Line);
+            let corner = Vec2::new(0.12, 0.0) + unit(yaw + tilt) * rho;
+            let point = opinion(&triple(yaw, 1e-5, |s| (corner - s).norm()));
+            prop_assert!(point.chi2_point < 1e-3, "{point:?}");
+            prop_assert_eq!(point.support, Support::Point);
+        }
+
+        #[test]
+        fn coarse_readings_decide_nothing(yaw in 1.3..1.8f64, rho in 1.0..3.0f64) {
+            let normal = unit(yaw);
+            let wall = opinion(&triple(yaw, 0.1, |s| rho - normal.dot(&s)));
+            prop_assert_eq!(wall.support, Support::Ambiguous);
+        }
+    }
+
+    #[test]
+    fn readings_of_different_targets_support_nothing() {
+        let found = opinion(&triple(
+            1.57,
+            0.003,
+            |s| if s.x == 0.12 { 2.5 } else { 2.0 },
+        ));
+        assert_eq!(found.support, Support::Neither);
+        assert!(found.contradicts(Label::Contact) && found.contradicts(Label::Intersection));
+    }
+
+    #[test]
+    fn seen_end_on_a_wall_and_a_point_look_alike() {
+        let found = opinion(&triple(0.0, 0.003, |s| 3.0 - s.x));
+        assert_eq!(found.support, Support::Ambiguous, "{found:?}");
+        assert!(!found.contradicts(Label::Contact));
+    }
+
+    #[test]
+    fn beams_without_a_common_bearing_have_no_line() {
+        let mut arcs = triple(1.57, 0.003, |_| 2.0);
+        arcs[2].world_from_sensor.yaw = 0.2;
+        assert_eq!(opinion(&arcs).chi2_line, f64::INFINITY);
+    }
+
+    #[test]
+    fn chi2_has_one_degree_of_freedom() {
+        // Over many noisy triples of a wall, the mean of chi2 is one.
+        let mut rng = crate::core::tmam::fit::testing::Gauss::new(5);
+        let (sigma, n) = (0.003, 2000);
+        let sum: f64 = (0..n)
+            .map(|_| {
+                let mut arcs = triple(1.6, sigma, |_| 2.0);
+                for arc in &mut arcs {
+                    arc.range += sigma * rng.sample();
+                }
+                opinion(&arcs).chi2_line
+            })
+            .sum();
+        let mean = sum / f64::from(n);
+        assert!((0.85..1.15).contains(&mean), "{mean}");
+    }
+}

@@ -1,0 +1,54 @@
+//! The line that explains readings best.
+
+use nalgebra::Matrix2;
+
+use super::minimum::{Bearings, least};
+use crate::core::geometry::{Vec2, wrap_angle};
+use crate::core::tmam::arc::{Arc, BEAM_SLACK};
+
+/// The least chi2 of a line whose normal lies in all beams; infinite where they have no bearing in
+/// common.
+///
+/// For a given normal n the best offset of the line is the weighted mean of r_i + s_i . n, and what
+/// remains is a quadratic form in n.
+pub fn least_chi2(arcs: &[Arc]) -> f64 {
+    let Some((yaw, low, high)) = common_beam(arcs) else {
+        return f64::INFINITY;
+    };
+    let total: f64 = arcs.iter().map(|arc| 1.0 / arc.variance).sum();
+    let mut mean_range = 0.0;
+    let mut mean_center = Vec2::zeros();
+    for arc in arcs {
+        let share = 1.0 / (arc.variance * total);
+        mean_range += arc.range * share;
+        mean_center += arc.center() * share;
+    }
+    let (mut constant, mut linear, mut quadratic) = (0.0, Vec2::zeros(), Matrix2::zeros());
+    for arc in arcs {
+        let (r, s) = (arc.range - mean_range, arc.center() - mean_center);
+        constant += r * r / arc.variance;
+        linear += s * (r / arc.variance);
+        quadratic += s * s.transpose() / arc.variance;
+    }
+    let chi2 = |normal: Vec2| {
+        (constant + 2.0 * linear.dot(&normal) + normal.dot(&(quadratic * normal))).max(0.0)
+    };
+    let bearings = Bearings {
+        axis: yaw,
+        low,
+        high,
+    };
+    least(&bearings, chi2, chi2).1
+}
+
+/// The bearings that all beams hold, as offsets from the yaw of the first one.
+fn common_beam(arcs: &[Arc]) -> Option<(f64, f64, f64)> {
+    let yaw = arcs.first()?.world_from_sensor.yaw;
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for arc in arcs {
+        let axis = wrap_angle(arc.world_from_sensor.yaw - yaw);
+        let half = arc.beam_width / 2.0 + BEAM_SLACK;
+        (low, high) = (low.max(axis - half), high.min(axis + half));
+    }
+    (low <= high).then_some((yaw, low, high))
+}

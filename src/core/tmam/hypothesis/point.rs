@@ -1,0 +1,221 @@
+//! The point that explains readings best.
+
+use std::cell::Cell;
+
+use nalgebra::Matrix2;
+
+use super::minimum::{Bearings, least};
+use crate::core::geometry::{Vec2, unit};
+use crate::core::tmam::arc::{Arc, BEAM_SLACK};
+
+/// Newton steps along a bearing; the range is known well from the start.
+const STEPS: u32 = 3;
+
+/// The same while the bearing is only looked for.
+const COARSE_STEPS: u32 = 2;
+
+/// Steps of (10) from the point that the sums lead to.
+const REFINEMENTS: u32 = 10;
+
+/// A gain in chi2 below this, relative, is the end of them.
+const GAIN: f64 = 1e-10;
+
+/// Ranges below this weigh as if they were so long, metres.
+const SHORTEST: f64 = 1e-3;
+
+/// The least chi2 of a point that lies in all beams; infinite where there is none.
+pub fn least_chi2(arcs: &[Arc]) -> f64 {
+    let Some(middle) = arcs.get(arcs.len() / 2) else {
+        return f64::INFINITY;
+    };
+    let moments = Moments::about(middle.center(), arcs);
+    let edges = edges(arcs);
+    let held = |point: Vec2| {
+        arcs.iter().zip(&edges).all(|(arc, (axis, cosine))| {
+            let towards = point - arc.center();
+            axis.dot(&towards) >= cosine * towards.norm()
+        })
+    };
+    let point_at = |along: Vec2, steps: u32| {
+        let (way, chi2) = moments.best_on_ray(along, middle.range, steps);
+        (middle.center() + along * way, chi2)
+    };
+    let least_held = Cell::new(f64::INFINITY);
+    let chi2 = |along: Vec2, steps: u32| {
+        let (point, chi2) = point_at(along, steps);
+        // What is no less than a point that the beams hold need not be looked for in them.
+        if chi2 >= least_held.get() {
+            return chi2;
+        }
+        if !held(point) {
+            return f64::INFINITY;
+        }
+        least_held.set(chi2);
+        chi2
+    };
+    let half = middle.beam_width / 2.0;
+    let bearings = Bearings {
+        axis: middle.world_from_sensor.yaw,
+        low: -half,
+        high: half,
+    };
+    let coarse = |along| chi2(along, COARSE_STEPS);
+    let (along, value) = least(&bearings, coarse, |along| chi2(along, STEPS));
+    if value.is_infinite() {
+        return f64::INFINITY;
+    }
+    to_the_bottom(arcs, point_at(along, STEPS).0, held)
+}
+
+/// Axis of each beam and cosine of half its width.
+fn edges(arcs: &[Arc]) -> Vec<(Vec2, f64)> {
+    let cosine = |arc: &Arc| libm::cos(arc.beam_width / 2.0 + BEAM_SLACK);
+    // Arcs of one sonar have one width.
+    let known = arcs.first().map(|arc| (arc.beam_width, cosine(arc)));
+    arcs.iter()
+        .map(|arc| {
+            let known = known.filter(|(width, _)| *width == arc.beam_width);
+            let cosine = known.map_or_else(|| cosine(arc), |(_, cosine)| cosine);
+            (unit(arc.world_from_sensor.yaw), cosine)
+        })
+        .collect()
+}
+
+/// The sum of squared residuals, each divided by its variance, at the bottom of the valley that a
+/// point lies in, as far as the beams go. The sums over the readings lead to a place near it: far off
+/// where no point fits.
+fn to_the_bottom(arcs: &[Arc], start: Vec2, held: impl Fn(Vec2) -> bool) -> f64 {
+    let (mut point, mut least) = (start, exact(arcs, start));
+    for _ in 0..REFINEMENTS {
+        let (mut information, mut gradient) = (Matrix2::zeros(), Vec2::zeros());
+        for arc in arcs {
+            let from_sensor = point - arc.center();
+            let range = from_sensor.norm().max(f64::MIN_POSITIVE);
+            let ray = from_sensor / range;
+            information += ray * ray.transpose() / arc.variance;
+            gradient += ray * ((arc.range - range) / arc.variance);
+        }
+        let Some(step) = information.try_inverse().map(|inverse| inverse * gradient) else {
+            break;
+        };
+        // Shorter where the whole step leads out of the beams or up again.
+        let better = [1.0, 0.25, 0.0625]
+            .map(|share| point + step * share)
+            .into_iter()
+            .map(|to| (to, exact(arcs, to)))
+            .find(|(to, chi2)| *chi2 < least && held(*to));
+        let Some((to, chi2)) = better else { break };
+        let gain = least - chi2;
+        (point, least) = (to, chi2);
+        if gain < GAIN * (1.0 + least) {
+            break;
+        }
+    }
+    least
+}
+
+fn exact(arcs: &[Arc], point: Vec2) -> f64 {
+    arcs.iter()
+        .map(|arc| {
+            let residual = (point - arc.center()).norm() - arc.range;
+            residual * residual / arc.variance
+        })
+        .sum()
+}
+
+/// Sums over the readings from which chi2 of any point follows at once.
+///
+/// With `delta_i` the sensor's place from the origin and `a_i = r_i^2 - |delta_i|^2`, a point at the
+/// way `rho` along `u` leaves `(a_i - rho^2 + 2 rho u . delta_i) / 2 r_i` of a reading: the residual,
+/// but for a factor that is 1 where the two ranges agree.
+struct Moments {
+    weight: f64,
+    a: f64,
+    aa: f64,
+    delta: Vec2,
+    a_delta: Vec2,
+    delta_delta: Matrix2<f64>,
+}
+
+impl Moments {
+    fn about(origin: Vec2, arcs: &[Arc]) -> Self {
+        let mut sums = Self {
+            weight: 0.0,
+            a: 0.0,
+            aa: 0.0,
+            delta: Vec2::zeros(),
+            a_delta: Vec2::zeros(),
+            delta_delta: Matrix2::zeros(),
+        };
+        for arc in arcs {
+            let delta = arc.center() - origin;
+            let twice = 2.0 * arc.range.max(SHORTEST);
+            let weight = 1.0 / (twice * twice * arc.variance);
+            let a = arc.range * arc.range - delta.norm_squared();
+            sums.weight += weight;
+            sums.a += weight * a;
+            sums.aa += weight * a * a;
+            sums.delta += delta * weight;
+            sums.a_delta += delta * (weight * a);
+            sums.delta_delta += delta * delta.transpose() * weight;
+        }
+        sums
+    }
+
+    /// The best way along a ray from the origin, metres, and what chi2 is there.
+    fn best_on_ray(&self, along: Vec2, start: f64, steps: u32) -> (f64, f64) {
+        let (w, a) = (self.weight, self.a);
+        let d = along.dot(&self.delta);
+        let ad = along.dot(&self.a_delta);
+        let dd = along.dot(&(self.delta_delta * along));
+        let mut way = start;
+        for _ in 0..steps {
+            let slope = 4.0 * (((w * way - 3.0 * d) * way + 2.0 * dd - a) * way + ad);
+            let curvature = 4.0 * (3.0 * w * way * way - 6.0 * d * way + 2.0 * dd - a);
+            if curvature <= 0.0 {
+                break;
+            }
+            way = (way - slope / curvature).max(0.0);
+        }
+        let square = way * way;
+        let chi2 = self.aa + square * (w * square + 4.0 * dd - 2.0 * a) + 4.0 * way * ad
+            - 4.0 * square * way * d;
+        (way, chi2.max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::tmam::fit::testing::arc;
+
+    #[test]
+    fn where_no_point_fits_chi2_is_still_the_least_there_is() {
+        // Readings of a point, the middle one too long by far more than its noise.
+        let corner = Vec2::new(0.3, 1.5);
+        for off in [0.02, 0.1, 0.3, -0.1] {
+            let arcs: Vec<Arc> = (0..5)
+                .map(|k| {
+                    let sensor = Vec2::new(0.12 * f64::from(k), 0.0);
+                    let range = (corner - sensor).norm() + if k == 2 { off } else { 0.0 };
+                    arc(k, sensor, 1.57, range)
+                })
+                .collect();
+            let found = least_chi2(&arcs);
+            let held = |p: &Vec2| {
+                arcs.iter()
+                    .all(|arc| arc.beam_holds(crate::core::geometry::direction(p - arc.center())))
+            };
+            let grid = (-300..300).flat_map(|x| (-300..300).map(move |y| (x, y)));
+            let least = grid
+                .map(|(x, y)| corner + Vec2::new(f64::from(x), f64::from(y)) * 0.001)
+                .filter(held)
+                .map(|p| exact(&arcs, p))
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                found <= least && found > 0.98 * least,
+                "{off}: {found} {least}"
+            );
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! The world a sonar looks at: walls and points in the plane, and what echoes from them.
+//!
+//! A file is JSON, metres, in the odometry frame: `{"walls": [[x1, y1, x2, y2], ...],
+//! "points": [[x, y], ...]}`. Walls are seen from both sides.
+//!
+//! Echo model: a wall is a mirror and echoes only from the foot of the perpendicular, where that
+//! lies on the wall and in the beam; a point diffracts and echoes wherever the beam covers it. The
+//! nearest reflector in line of sight gives the echo.
+//!
+//! Wall ends diffract as well. Point indices count the file's `points` first, in their order, then
+//! the wall ends that the file does not list, wall by wall.
+
+mod error;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+pub use self::error::WorldError;
+use crate::core::geometry::{Pose2, Vec2, angle_between, direction};
+
+/// Two places nearer than this are the same, metres.
+const SAME_PLACE: f64 = 1e-9;
+
+/// The shortest wall that has a direction, metres.
+const MIN_WALL_LENGTH: f64 = 1e-6;
+
+/// The most walls and listed points of a world: an echo is looked for among all of them.
+const LARGEST: usize = 5_000;
+
+/// A straight wall between two ends, metres in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wall {
+    /// One end.
+    pub start: Vec2,
+    /// The other end.
+    pub end: Vec2,
+}
+
+impl Wall {
+    /// The wall between two points, metres in the world.
+    pub fn new(start: Vec2, end: Vec2) -> Self {
+        Self { start, end }
+    }
+
+    /// Where the perpendicular from `point` meets the wall, if it does between its ends; at an end
+    /// it is the end that echoes, as a point.
+    fn foot_of_perpendicular(&self, point: Vec2) -> Option<Vec2> {
+        let along = self.end - self.start;
+        let t = (point - self.start).dot(&along) / along.norm_squared();
+        let foot = self.start + along * t;
+        let inside = t > 0.0 && t < 1.0;
+        let at_an_end = same_place(&foot, &self.start) || same_place(&foot, &self.end);
+        (inside && !at_an_end).then_some(foot)
+    }
+
+    /// Whether the wall stands between `from` and `to`. Touching it is not crossing it, so a
+    /// wall does not hide its own ends nor what leans on it.
+    fn hides(&self, from: Vec2, to: Vec2) -> bool {
+        let along = self.end - self.start;
+        let side = |point: Vec2| along.perp(&(point - self.start)) / along.norm();
+        let (near, far) = (side(from), side(to));
+        let parted =
+            (near > SAME_PLACE && far < -SAME_PLACE) || (near < -SAME_PLACE && far > SAME_PLACE);
+        let sight = to - from;
+        let (a, b) = (
+            sight.perp(&(self.start - from)),
+            sight.perp(&(self.end - from)),
+        );
+        parted && ((a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0))
+    }
+}
+
+/// What an echo came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reflector {
+    /// A wall, by its index in [`World::walls`].
+    Line(usize),
+    /// A point, by its index in [`World::points`].
+    Point(usize),
+}
+
+/// The first thing that echoes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Echo {
+    /// Distance from the sensor, metres, without noise.
+    pub range: f64,
+    /// What it is.
+    pub reflector: Reflector,
+}
+
+/// Walls and diffracting points; always valid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "WorldFile", into = "WorldFile")]
+pub struct World {
+    walls: Vec<Wall>,
+    points: Vec<Vec2>,
+}
+
+impl World {
+    /// A world of `walls` and free-standing `points`, metres; wall ends are added to the points.
+    pub fn new(walls: Vec<Wall>, points: Vec<Vec2>) -> Result<Self, WorldError> {
+        if walls.is_empty() && points.is_empty() {
+            return Err(WorldError::Empty);
+        }
+        let things = walls.len() + points.len();
+        if things > LARGEST {
+            return Err(WorldError::TooLarge { things });
+        }
+        let finite = |p: &Vec2| p.iter().all(|coordinate| coordinate.is_finite());
+        for (index, wall) in walls.iter().enumerate() {
+            if !(finite(&wall.start) && finite(&wall.end)) {
+                return Err(WorldError::NotFinite {
+                    kind: "wall",
+                    index,
+                });
+            }
+            let length = (wall.end - wall.start).norm();
+            if length < MIN_WALL_LENGTH {
+                return Err(WorldError::ShortWall { index, length });
+            }
+        }
+        for (second, point) in points.iter().enumerate() {
+            if !finite(point) {
+                return Err(WorldError::NotFinite {
+                    kind: "point",
+                    index: second,
+                });
+            }
+            let mut earlier = points.iter().take(second);
+            if let Some(first) = earlier.position(|other| same_place(other, point)) {
+                return Err(WorldError::SamePoint { first, second });
+            }
+        }
+        let mut world = Self { walls, points };
+        for end in world.walls.iter().flat_map(|wall| [wall.start, wall.end]) {
+            if !world.points.iter().any(|point| same_place(point, &end)) {
+                world.points.push(end);
+            }
+        }
+        Ok(world)
+    }
+
+    /// Reads the text of a world file.
+    pub fn from_json(text: &str) -> Result<Self, WorldError> {
+        let file: WorldFile = serde_json::from_str(text)?;
+        Self::try_from(file)
+    }
+
+    /// Reads a world file.
+    pub fn read(path: &Path) -> Result<Self, WorldError> {
+        Self::from_json(&std::fs::read_to_string(path)?)
+    }
+
+    /// The L-shaped room of the paper's Table I, 8 m by 5 m: six walls and their six corners.
+    pub fn room() -> Self {
+        let corners = [
+            (0.0, 0.0),
+            (4.0, 0.0),
+            (4.0, 2.0),
+            (8.0, 2.0),
+            (8.0, 5.0),
+            (0.0, 5.0),
+        ]
+        .map(|(x, y)| Vec2::new(x, y));
+        let next = corners.iter().cycle().skip(1);
+        let walls = corners.iter().zip(next).map(|(a, b)| Wall::new(*a, *b));
+        Self {
+            walls: walls.collect(),
+            points: corners.to_vec(),
+        }
+    }
+
+    /// The walls, in the file's order.
+    pub fn walls(&self) -> &[Wall] {
+        &self.walls
+    }
+
+    /// All that diffracts: the file's points, then the wall ends it does not list. Metres.
+    pub fn points(&self) -> &[Vec2] {
+        &self.points
+    }
+
+    /// What a sonar hears first nearer than `max_range` (metres) with its full `beam_width`
+    /// (radians), its beam along the x axis of `world_from_sensor`.
+    pub fn echo(&self, world_from_sensor: Pose2, beam_width: f64, max_range: f64) -> Option<Echo> {
+        let sensor = world_from_sensor.position();
+        let feet = self.walls.iter().enumerate().filter_map(|(index, wall)| {
+            let foot = wall.foot_of_perpendicular(sensor)?;
+            Some((foot, Reflector::Line(index)))
+        });
+        let points = self.points.iter().enumerate();
+        let points = points.map(|(index, point)| (*point, Reflector::Point(index)));
+
+        let mut first: Option<Echo> = None;
+        for (target, reflector) in feet.chain(points) {
+            let range = (target - sensor).norm();
+            let in_beam = angle_between(direction(target - sensor), world_from_sensor.yaw)
+                <= beam_width / 2.0;
+            let nearest = range < first.map_or(max_range, |echo| echo.range);
+            if in_beam && nearest && self.in_sight(sensor, target, reflector) {
+                first = Some(Echo { range, reflector });
+            }
+        }
+        first
+    }
+
+    /// Whether no wall but the reflector itself stands between `sensor` and `target`.
+    fn in_sight(&self, sensor: Vec2, target: Vec2, reflector: Reflector) -> bool {
+        let mut others = self
+            .walls
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| Reflector::Line(*index) != reflector);
+        others.all(|(_, wall)| !wall.hides(sensor, target))
+    }
+}
+
+fn same_place(a: &Vec2, b: &Vec2) -> bool {
+    (a - b).norm() < SAME_PLACE
+}
+
+/// A world as it is written in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WorldFile {
+    walls: Vec<[f64; 4]>,
+    #[serde(default)]
+    points: Vec<[f64; 2]>,
+}
+
+impl TryFrom<WorldFile> for World {
+    type Error = WorldError;
+
+    fn try_from(file: WorldFile) -> Result<Self, WorldError> {
+        let walls = file
+            .walls
+            .iter()
+            .map(|[x1, y1, x2, y2]| Wall::new(Vec2::new(*x1, *y1), Vec2::new(*x2, *y2)));
+        let points = file.points.iter().map(|[x, y]| Vec2::new(*x, *y));
+        Self::new(walls.collect(), points.collect())
+    }
+}
+
+impl From<World> for WorldFile {
+    fn from(world: World) -> Self {
+        let walls = world.walls.iter();
+        Self {
+            walls: walls
+                .map(|wall| [wall.start.x, wall.start.y, wall.end.x, wall.end.y])
+                .collect(),
+            points: world
+                .points
+                .iter()
+                .map(|point| [point.x, point.y])
+                .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

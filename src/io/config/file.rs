@@ -1,0 +1,241 @@
+//! `tmam.toml`: reading and checking a configuration. Angles are degrees in the file.
+
+use toml::{Table, Value};
+
+use super::keys::{self, Bounds, Unit};
+use crate::core::config::Config;
+
+/// What is wrong with a configuration.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// Not TOML, or a value of the wrong type.
+    #[error("{0}")]
+    Malformed(#[from] Box<toml::de::Error>),
+    /// A key that does not exist.
+    #[error("unknown key `{key}`{}", did_you_mean(.suggestion.as_deref()))]
+    UnknownKey {
+        /// As written.
+        key: String,
+        /// The known key nearest to it.
+        suggestion: Option<String>,
+    },
+    /// A number outside its bounds.
+    #[error("{key} is {value}; it must be {bounds}{}", if *.unit == Unit::Degrees { " degrees" } else { "" })]
+    OutOfBounds {
+        /// Its path.
+        key: String,
+        /// As written.
+        value: f64,
+        /// What is allowed.
+        bounds: Bounds,
+        /// Of the value.
+        unit: Unit,
+    },
+    /// A description of messages that contradicts itself or lacks something.
+    #[error("channel `{topic}` {problem}")]
+    BadChannel {
+        /// The topic.
+        topic: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A topic or sonar pattern that cannot be read.
+    #[error("`{pattern}` is not a glob: {reason}")]
+    BadGlob {
+        /// As written.
+        pattern: String,
+        /// Why.
+        reason: String,
+    },
+    /// A window that ends before it starts.
+    #[error("the window ends at {end} s, before its start at {start} s; give --start below --end")]
+    EmptyWindow {
+        /// Seconds after the first reading.
+        start: f64,
+        /// Seconds after the first reading.
+        end: f64,
+    },
+}
+
+fn did_you_mean(suggestion: Option<&str>) -> String {
+    match suggestion {
+        Some(key) => format!("; did you mean `{key}`?"),
+        None => "; `tmam config` lists every key".to_owned(),
+    }
+}
+
+/// Reads a configuration; what it does not name keeps its default.
+///
+/// # Errors
+/// Text that is not TOML, unknown keys and values of the wrong type. Bounds are left to [`check`].
+pub fn parse(text: &str) -> Result<Config, ConfigError> {
+    parse_layers(&[text])
+}
+
+/// Reads a configuration from several texts; what a later one names stands before the earlier ones.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_layers(texts: &[&str]) -> Result<Config, ConfigError> {
+    let mut table = Table::new();
+    for text in texts {
+        overlay(&mut table, text.parse().map_err(Box::new)?);
+    }
+    into_radians(&mut table)?;
+    Ok(table.try_into().map_err(Box::new)?)
+}
+
+/// A configuration with what a text names instead.
+///
+/// # Errors
+/// As [`parse`].
+pub fn overridden(config: &Config, text: &str) -> Result<Config, ConfigError> {
+    let mut above: Table = text.parse().map_err(Box::new)?;
+    into_radians(&mut above)?;
+    let mut table = Table::try_from(config).unwrap_or_default();
+    overlay(&mut table, above);
+    Ok(table.try_into().map_err(Box::new)?)
+}
+
+/// A configuration with what texts name instead, each over the one before; checked.
+///
+/// # Errors
+/// As [`parse`] and [`check`].
+pub fn layered(mut config: Config, texts: &[String]) -> Result<Config, ConfigError> {
+    for text in texts {
+        config = overridden(&config, text)?;
+    }
+    check(&config)?;
+    Ok(config)
+}
+
+/// Turns the degrees of a text into radians; every key must be known.
+fn into_radians(table: &mut Table) -> Result<(), ConfigError> {
+    each_leaf(table, &mut Vec::new(), &mut |path, value| {
+        let key = keys::find(path).ok_or_else(|| ConfigError::UnknownKey {
+            key: path.join("."),
+            suggestion: keys::nearest(path),
+        })?;
+        if key.unit == Unit::Degrees
+            && let Some(degrees) = number(value)
+        {
+            *value = Value::Float(degrees.to_radians());
+        }
+        Ok(())
+    })
+}
+
+/// Puts the values of one table over those of another.
+fn overlay(below: &mut Table, above: Table) {
+    for (name, value) in above {
+        match (below.get_mut(&name), value) {
+            (Some(Value::Table(below)), Value::Table(above)) => overlay(below, above),
+            (_, value) => {
+                below.insert(name, value);
+            }
+        }
+    }
+}
+
+/// Checks that every number lies within its bounds and that what belongs together is there.
+///
+/// # Errors
+/// The first value that is not allowed.
+pub fn check(config: &Config) -> Result<(), ConfigError> {
+    let mut table = to_table(config);
+    each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+        let (Some(key), Some(value)) = (keys::find(path), number(value)) else {
+            return Ok(());
+        };
+        if key.bounds.hold(value) {
+            return Ok(());
+        }
+        Err(ConfigError::OutOfBounds {
+            key: path.join("."),
+            value,
+            bounds: key.bounds,
+            unit: key.unit,
+        })
+    })?;
+    for (topic, fields) in &config.channel {
+        if let Some(problem) = fields.problem() {
+            return Err(ConfigError::BadChannel {
+                topic: topic.clone(),
+                problem,
+            });
+        }
+    }
+    if let (Some(start), Some(end)) = (config.input.start, config.input.end)
+        && end < start
+    {
+        return Err(ConfigError::EmptyWindow { start, end });
+    }
+    let input = &config.input;
+    for globs in [&input.range_topics, &input.odometry_topics, &input.sonars] {
+        glob_set(globs)?;
+    }
+    Ok(())
+}
+
+/// Compiles glob patterns; `*` crosses slashes, as topics are paths that nobody nests on purpose.
+///
+/// # Errors
+/// The first pattern that is not a glob.
+pub fn glob_set(patterns: &[String]) -> Result<globset::GlobSet, ConfigError> {
+    let bad = |pattern: &str, error: &globset::Error| ConfigError::BadGlob {
+        pattern: pattern.to_owned(),
+        reason: error.kind().to_string(),
+    };
+    let mut set = globset::GlobSetBuilder::new();
+    for pattern in patterns {
+        set.add(globset::Glob::new(pattern).map_err(|e| bad(pattern, &e))?);
+    }
+    set.build().map_err(|e| bad(&patterns.join(" "), &e))
+}
+
+/// The configuration as it stands in the file: degrees, rounded where the conversion left dust.
+pub(crate) fn to_table(config: &Config) -> Table {
+    let mut table = Table::try_from(config).unwrap_or_default();
+    let walked = each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+        if keys::find(path).is_some_and(|key| key.unit == Unit::Degrees)
+            && let Some(radians) = number(value)
+        {
+            let degrees = radians.to_degrees();
+            *value = Value::Float(libm::round(degrees * 1e9) / 1e9);
+        }
+        Ok(())
+    });
+    debug_assert!(walked.is_ok(), "the walk itself cannot fail");
+    table
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(x) => Some(*x),
+        Value::Integer(n) => Some(*n as f64),
+        _ => None,
+    }
+}
+
+/// Calls `visit` with the path and value of everything in the table that is not itself a table.
+fn each_leaf(
+    table: &mut Table,
+    path: &mut Vec<String>,
+    visit: &mut impl FnMut(&[&str], &mut Value) -> Result<(), ConfigError>,
+) -> Result<(), ConfigError> {
+    for (name, value) in table.iter_mut() {
+        path.push(name.clone());
+        match value {
+            Value::Table(inner) => each_leaf(inner, path, visit)?,
+            leaf => {
+                let path: Vec<&str> = path.iter().map(String::as_str).collect();
+                visit(&path, leaf)?;
+            }
+        }
+        path.pop();
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

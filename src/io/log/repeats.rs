@@ -1,0 +1,182 @@
+//! Readings that merely repeat a sonar's last value while the robot moved: a driver that publishes
+//! more often than its sonar fires.
+
+use crate::core::event::{OdometrySample, RangeReading, Return, Sonar};
+use crate::core::geometry::{Vec2, wrap_angle};
+
+/// Less than this between two readings is no motion, metres and radians.
+const MOTION: f64 = 1e-3;
+
+/// A larger share of a sonar's readings than this is worth a word.
+const SHARE: f64 = 0.2;
+
+/// Marks the readings that repeat the one before of the same sonar, an echo with the same bits,
+/// from another pose. Readings and samples are in stamp order; readings were taken `range_delay`
+/// seconds before their stamps. One outside the samples repeats nothing.
+pub fn find(
+    readings: &[RangeReading],
+    samples: &[OdometrySample],
+    range_delay: f64,
+    sonars: usize,
+) -> Vec<bool> {
+    let delay_ns = libm::rint(range_delay * 1e9) as i64;
+    let mut last: Vec<Option<(u64, Pose)>> = vec![None; sonars];
+    readings
+        .iter()
+        .map(|reading| {
+            let here = pose_at(samples, reading.stamp_ns.saturating_sub(delay_ns));
+            let bits = reading.range.to_bits();
+            let now = here.filter(|_| reading.classify() == Return::Echo);
+            let Some(last) = last.get_mut(reading.sonar.index()) else {
+                return false;
+            };
+            let before = std::mem::replace(last, now.map(|pose| (bits, pose)));
+            match (before, now) {
+                (Some((same, there)), Some(here)) => same == bits && here.differs(there),
+                _ => false,
+            }
+        })
+        .collect()
+}
+
+/// What a person is told of the repeats; `None` where there are few.
+pub fn note(
+    readings: &[RangeReading],
+    repeats: &[bool],
+    sonars: &[Sonar],
+    dropped: bool,
+) -> Option<String> {
+    let mut counts = vec![(0_u32, 0_u32); sonars.len()];
+    for (reading, repeats) in readings.iter().zip(repeats) {
+        if let Some((all, repeated)) = counts.get_mut(reading.sonar.index()) {
+            *all += 1;
+            *repeated += u32::from(*repeats);
+        }
+    }
+    let total = repeats.iter().filter(|repeats| **repeats).count();
+    let shares: Vec<String> = sonars
+        .iter()
+        .zip(counts)
+        .filter(|(_, (all, repeated))| f64::from(*repeated) > SHARE * f64::from(*all))
+        .map(|(sonar, (all, repeated))| {
+            let percent = 100.0 * f64::from(repeated) / f64::from(all);
+            format!("{} {percent:.0} %", sonar.name)
+        })
+        .collect();
+    let what = match total {
+        1 => "reading that repeats the sonar's last value although the robot moved",
+        _ => "readings that repeat the sonar's last value although the robot moved",
+    };
+    match (total, dropped, shares.is_empty()) {
+        (0, ..) => None,
+        (_, true, _) => Some(format!("{total} {what} left out")),
+        (_, false, true) => Some(format!(
+            "{total} {what}, of {}; input.drop_repeats leaves them out",
+            readings.len()
+        )),
+        (_, false, false) => Some(format!(
+            "many {what} ({}): a driver that republishes, or a coarse resolution; input.drop_repeats \
+             leaves them out",
+            shares.join(", ")
+        )),
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Pose {
+    position: Vec2,
+    yaw: f64,
+}
+
+impl Pose {
+    fn differs(self, other: Self) -> bool {
+        (self.position - other.position).norm() > MOTION
+            || wrap_angle(self.yaw - other.yaw).abs() > MOTION
+    }
+}
+
+/// The robot's pose between two samples; `None` outside all of them.
+fn pose_at(samples: &[OdometrySample], stamp_ns: i64) -> Option<Pose> {
+    let next = samples.partition_point(|s| s.stamp_ns <= stamp_ns);
+    let before = samples.get(next.checked_sub(1)?)?;
+    let pose = before.world_from_robot;
+    let Some(after) = samples.get(next) else {
+        return (before.stamp_ns == stamp_ns).then_some(Pose {
+            position: pose.position(),
+            yaw: pose.yaw,
+        });
+    };
+    let span = after.stamp_ns.saturating_sub(before.stamp_ns) as f64;
+    let part = stamp_ns.saturating_sub(before.stamp_ns) as f64 / span;
+    let change = after.world_from_robot.position() - pose.position();
+    Some(Pose {
+        position: pose.position() + change * part,
+        yaw: pose.yaw + wrap_angle(after.world_from_robot.yaw - pose.yaw) * part,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::event::SonarId;
+    use crate::core::geometry::Pose2;
+
+    fn reading(stamp_ns: i64, sonar: u16, range: f64) -> RangeReading {
+        RangeReading {
+            stamp_ns,
+            sonar: SonarId(sonar),
+            range,
+            min_range: 0.1,
+            max_range: 4.0,
+            beam_width: 0.4,
+            variance: 0.0,
+        }
+    }
+
+    /// Drives a metre in 100 ns, then stands.
+    fn samples() -> Vec<OdometrySample> {
+        [(0, 0.0), (100, 1.0), (200, 1.0)]
+            .map(|(stamp_ns, x)| OdometrySample {
+                stamp_ns,
+                world_from_robot: Pose2::new(x, 0.0, 0.0),
+            })
+            .to_vec()
+    }
+
+    #[test]
+    fn the_same_echo_from_another_pose_repeats() {
+        let readings = [
+            reading(0, 0, 1.5),
+            reading(5, 1, 1.5),  // another sonar
+            reading(10, 0, 1.5), // repeats
+            reading(20, 0, 1.6),
+            reading(30, 0, f64::INFINITY),
+            reading(40, 0, f64::INFINITY), // nothing echoed twice
+            reading(120, 0, 1.7),
+            reading(140, 0, 1.7), // the robot stands
+            reading(500, 0, 1.7), // where it is then is not known
+        ];
+        let repeats = find(&readings, &samples(), 0.0, 2);
+        let found: Vec<usize> = (0..readings.len()).filter(|i| repeats[*i]).collect();
+        assert_eq!(found, [2]);
+    }
+
+    #[test]
+    fn many_repeats_are_worth_a_word() {
+        let sonars = [Sonar {
+            name: "left".into(),
+            topic: "/left".into(),
+            robot_from_sensor: Pose2::IDENTITY,
+        }];
+        let readings: Vec<_> = (0..5).map(|k| reading(10 * k, 0, 1.5)).collect();
+        let all = find(&readings, &samples(), 0.0, 1);
+        let said = note(&readings, &all, &sonars, false).unwrap();
+        assert!(said.contains("left 80 %"), "{said}");
+        let said = note(&readings, &all, &sonars, true).unwrap();
+        assert!(said.starts_with("4 readings"), "{said}");
+        let one = [true, false, false, false, false];
+        let said = note(&readings, &one, &sonars, false).unwrap();
+        assert!(said.starts_with("1 reading that repeats"), "{said}");
+        assert_eq!(note(&readings, &[false; 5], &sonars, false), None);
+    }
+}

@@ -1,0 +1,250 @@
+//! Where the sonars sit: the tree of transforms between frames.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::messages::TransformMessage;
+use crate::core::config::SonarOverride;
+use crate::core::geometry::Pose2;
+
+/// A sonar tilted more than this out of the plane is worth a word, radians.
+const TILT: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Every edge of the transform tree, by child frame.
+#[derive(Debug, Clone, Default)]
+pub struct TransformTree {
+    edges: BTreeMap<String, Edge>,
+    /// How often the transform of a frame was no pose.
+    unusable: BTreeMap<String, u64>,
+}
+
+/// No robot has more frames; further ones are passed over.
+const MOST_FRAMES: usize = 10_000;
+
+#[derive(Debug, Clone)]
+struct Edge {
+    parent: String,
+    parent_from_child: Isometry3<f64>,
+    origin: Origin,
+    moved: bool,
+}
+
+/// Where a transform comes from; a later one stands before an earlier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Origin {
+    /// The robot's description.
+    Description,
+    /// `/tf`.
+    Moving,
+    /// `/tf_static`.
+    Fixed,
+}
+
+/// Where a sensor sits on the robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mount {
+    /// Projected on the plane: the beam axis is the sensor's x axis.
+    pub robot_from_sensor: Pose2,
+    /// Angle of the beam axis out of the plane, radians, where it is worth a word.
+    pub tilt: Option<f64>,
+    /// A transform on the way comes from `/tf` and changed during the log; its first value is
+    /// taken.
+    pub moved: bool,
+}
+
+/// Why a mount cannot be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoMount {
+    /// No chain of transforms joins the two frames.
+    Unconnected,
+    /// The beam points straight up or down.
+    Vertical,
+}
+
+impl Mount {
+    /// The same with what the configuration says of it instead.
+    pub fn overridden(self, known: &SonarOverride) -> Self {
+        let found = self.robot_from_sensor;
+        let robot_from_sensor = Pose2::new(
+            known.x.unwrap_or(found.x),
+            known.y.unwrap_or(found.y),
+            known.yaw.unwrap_or(found.yaw),
+        );
+        Self {
+            robot_from_sensor,
+            ..self
+        }
+    }
+
+    /// A mount that does not move, laid into the plane.
+    ///
+    /// # Errors
+    /// When the beam is vertical.
+    pub fn projected(robot_from_beam: &Isometry3<f64>) -> Result<Self, NoMount> {
+        let axis = robot_from_beam.rotation * Vector3::x();
+        if axis.xy().norm() < 1e-6 {
+            return Err(NoMount::Vertical);
+        }
+        let position = robot_from_beam.translation.vector;
+        let tilt = libm::atan2(axis.z, axis.xy().norm());
+        Ok(Self {
+            robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
+            tilt: (tilt.abs() > TILT).then_some(tilt),
+            moved: false,
+        })
+    }
+}
+
+impl TransformTree {
+    /// Takes a transform. Among those from `/tf` the first counts, else the last.
+    pub fn add(&mut self, transform: TransformMessage, origin: Origin) {
+        let is_known = self.edges.contains_key(&transform.child);
+        if !is_known && self.edges.len() + self.unusable.len() >= MOST_FRAMES {
+            return;
+        }
+        let Some(parent_from_child) = transform.parent_from_child else {
+            *self.unusable.entry(transform.child).or_default() += 1;
+            return;
+        };
+        let edge = Edge {
+            parent: transform.parent,
+            parent_from_child,
+            origin,
+            moved: false,
+        };
+        match self.edges.get_mut(&transform.child) {
+            Some(known) if known.origin > origin => {}
+            Some(known) if known.origin == origin && origin == Origin::Moving => {
+                let change = known.parent_from_child.inv_mul(&edge.parent_from_child);
+                known.moved |= known.parent != edge.parent
+                    || change.translation.vector.norm() > 1e-3
+                    || change.rotation.imag().norm() > 1e-3;
+            }
+            _ => {
+                self.edges.insert(transform.child, edge);
+            }
+        }
+    }
+
+    /// What a person is told of transforms that are none.
+    pub fn note(&self) -> Option<String> {
+        let count: u64 = self.unusable.values().sum();
+        let mut frames: Vec<String> = self
+            .unusable
+            .keys()
+            .take(4)
+            .map(|f| format!("`{f}`"))
+            .collect();
+        if self.unusable.len() > frames.len() {
+            frames.push("others".to_owned());
+        }
+        (count > 0).then(|| {
+            format!(
+                "transforms that hold no pose (NaN, or a quaternion of zero) were left out: {count}, of {}",
+                frames.join(", ")
+            )
+        })
+    }
+
+    /// Whether a frame was only ever given a transform that holds no pose.
+    pub fn is_unusable(&self, frame: &str) -> bool {
+        self.unusable.contains_key(frame) && !self.edges.contains_key(frame)
+    }
+
+    /// Names of all frames.
+    pub fn frames(&self) -> Vec<&str> {
+        let mut frames: Vec<&str> = self
+            .edges
+            .iter()
+            .flat_map(|(child, edge)| [child.as_str(), edge.parent.as_str()])
+            .collect();
+        frames.sort_unstable();
+        frames.dedup();
+        frames
+    }
+
+    /// The mount of a beam in a sensor's frame, through the chain of transforms that joins the
+    /// frame to the robot.
+    ///
+    /// # Errors
+    /// When no chain does, or the beam is vertical.
+    pub fn mount(
+        &self,
+        robot_frame: &str,
+        sensor_frame: &str,
+        sensor_from_beam: &Isometry3<f64>,
+    ) -> Result<Mount, NoMount> {
+        let (robot_from_sensor, moved) = self
+            .between(robot_frame, sensor_frame)
+            .ok_or(NoMount::Unconnected)?;
+        Ok(Mount {
+            moved,
+            ..Mount::projected(&(robot_from_sensor * sensor_from_beam))?
+        })
+    }
+
+    /// The pose of a frame in another, and whether it moves.
+    pub fn between(&self, target: &str, source: &str) -> Option<(Isometry3<f64>, bool)> {
+        let (targets, sources) = (self.ancestry(target), self.ancestry(source));
+        let (from_target, from_source) = targets
+            .iter()
+            .find_map(|t| Some((t, sources.iter().find(|s| s.frame == t.frame)?)))?;
+        let target_from_source = from_target
+            .frame_from_start
+            .inv_mul(&from_source.frame_from_start);
+        Some((target_from_source, from_target.moved || from_source.moved))
+    }
+
+    /// The frame that a sensor is mounted on in the end: the top of its chain of transforms, as
+    /// far as these do not move and below `world_frame`. `None` for a frame without transforms.
+    pub fn carrier(&self, sensor_frame: &str, world_frame: &str) -> Option<&str> {
+        let mut carrier = None;
+        let mut frame = sensor_frame;
+        for _ in 0..self.edges.len() {
+            let Some(edge) = self.edges.get(frame) else {
+                break;
+            };
+            if edge.moved || edge.parent == world_frame {
+                return carrier.or_else(|| self.edges.get_key_value(frame).map(|(f, _)| &**f));
+            }
+            carrier = Some(edge.parent.as_str());
+            frame = &edge.parent;
+        }
+        carrier
+    }
+
+    /// Whether a frame is another one or hangs on it, however that may move.
+    pub fn is_below(&self, frame: &str, other: &str) -> bool {
+        self.ancestry(frame).iter().any(|a| a.frame == other)
+    }
+
+    /// A frame and all above it, nearest first.
+    fn ancestry<'a>(&'a self, frame: &'a str) -> Vec<Ancestor<'a>> {
+        let mut line = vec![Ancestor {
+            frame,
+            frame_from_start: Isometry3::identity(),
+            moved: false,
+        }];
+        // No longer than there are edges, so that a loop ends.
+        while let Some(last) = line.last().filter(|_| line.len() <= self.edges.len())
+            && let Some(edge) = self.edges.get(last.frame)
+        {
+            line.push(Ancestor {
+                frame: &edge.parent,
+                frame_from_start: edge.parent_from_child * last.frame_from_start,
+                moved: last.moved || edge.moved,
+            });
+        }
+        line
+    }
+}
+
+struct Ancestor<'a> {
+    frame: &'a str,
+    frame_from_start: Isometry3<f64>,
+    moved: bool,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+//! The truth that a simulated log carries: the world and what echoed, in JSON.
+
+use super::container::{Channel, RawMessage};
+use crate::core::truth::ReadingTruth;
+use crate::core::wording::counted;
+use crate::core::world::{World, WorldError};
+
+/// Schema of the truth about one reading.
+pub const READING_SCHEMA: &str = "tmam.ReadingTruth";
+/// Schema of the world that the truth counts in.
+pub const WORLD_SCHEMA: &str = "tmam.World";
+
+/// No world and no reading's truth is as long as this, bytes.
+const LONGEST_MESSAGE: usize = 4 << 20;
+
+/// What a log says of the truth.
+#[derive(Debug, Default)]
+pub struct RecordedTruth {
+    /// What echoed at each reading, in file order.
+    pub readings: Vec<ReadingTruth>,
+    world: Option<World>,
+    problem: Option<WorldProblem>,
+    unreadable: u64,
+    messages: u64,
+    first: Option<String>,
+}
+
+/// Why the world in a log cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldProblem {
+    /// It is no world.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// Longer than any world that is read.
+    #[error("it is {bytes} bytes long, more than {LONGEST_MESSAGE}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+    },
+    /// Two worlds that differ.
+    #[error("the log holds several worlds that differ")]
+    Several,
+}
+
+impl RecordedTruth {
+    /// Takes a message if it is about the truth.
+    pub fn take(&mut self, channel: &Channel, message: RawMessage<'_>) {
+        if channel.encoding != "json" {
+            return;
+        }
+        match channel.schema.name.as_str() {
+            READING_SCHEMA => self.take_reading(message.data),
+            WORLD_SCHEMA => {
+                if let Err(problem) = self.take_world(message.data) {
+                    self.problem.get_or_insert(problem);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn take_reading(&mut self, json: &[u8]) {
+        self.messages += 1;
+        let parsed: Result<ReadingTruth, String> = if json.len() > LONGEST_MESSAGE {
+            Err(format!("it is {} bytes long", json.len()))
+        } else {
+            serde_json::from_slice(json).map_err(|error| error.to_string())
+        };
+        match parsed {
+            Ok(truth) => self.readings.push(truth),
+            Err(problem) => {
+                self.unreadable += 1;
+                self.first.get_or_insert(problem);
+            }
+        }
+    }
+
+    fn take_world(&mut self, json: &[u8]) -> Result<(), WorldProblem> {
+        if json.len() > LONGEST_MESSAGE {
+            return Err(WorldProblem::TooLong { bytes: json.len() });
+        }
+        let world: World = serde_json::from_slice(json).map_err(WorldError::Format)?;
+        match &self.world {
+            Some(known) if *known != world => Err(WorldProblem::Several),
+            _ => {
+                self.world = Some(world);
+                Ok(())
+            }
+        }
+    }
+
+    /// The world that the truth counts in, where the log holds one.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn world(&self) -> Result<Option<&World>, &WorldProblem> {
+        match &self.problem {
+            Some(problem) => Err(problem),
+            None => Ok(self.world.as_ref()),
+        }
+    }
+
+    /// What could not be read of the truth, for a person.
+    pub fn loss(&self) -> Option<String> {
+        (self.unreadable > 0).then(|| {
+            format!(
+                "{} of {} about the truth of readings: {}",
+                self.unreadable,
+                counted(self.messages, "message"),
+                self.first.as_deref().unwrap_or_default()
+            )
+        })
+    }
+}

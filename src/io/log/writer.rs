@@ -1,0 +1,292 @@
+//! Writes a ROS 2 MCAP log: ranges, odometry and transforms in CDR, the truth in JSON.
+//!
+//! Equal calls give equal bytes: the compressor runs on the calling thread, because its output
+//! depends on the number of threads, and nothing in the file names the machine, the time or
+//! the version.
+
+mod cdr;
+
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions};
+use serde::Serialize;
+
+use crate::core::geometry::Pose2;
+use crate::core::truth::ReadingTruth;
+use crate::core::world::World;
+
+use cdr::Cdr;
+
+/// The odometry frame: poses are the robot's in it.
+pub const ODOM_FRAME: &str = "odom";
+/// The robot's frame: sonars are mounted on it.
+pub const ROBOT_FRAME: &str = "base_link";
+/// Topic of the truth about each reading, a [`ReadingTruth`] in JSON.
+pub const TRUTH_TOPIC: &str = "/truth";
+/// Topic of the world that the sonars looked at, a [`World`] in JSON.
+pub const WORLD_TOPIC: &str = "/truth/world";
+
+/// `sensor_msgs/msg/Range`: `ULTRASOUND`.
+const ULTRASOUND: u8 = 0;
+
+/// Why a log could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The output or the container refused.
+    #[error("cannot write the log: {0}")]
+    Mcap(#[from] mcap::McapError),
+    /// A value that JSON cannot hold.
+    #[error("cannot write the truth: {0}")]
+    Json(#[from] serde_json::Error),
+    /// ROS 2 stamps hold 31 bits of seconds since 1970.
+    #[error(
+        "stamp {stamp_ns} ns is not between 1970 and 2038, where ROS 2 stamps end; make the log shorter"
+    )]
+    Stamp {
+        /// The stamp, nanoseconds.
+        stamp_ns: i64,
+    },
+}
+
+/// One range measurement as `sensor_msgs/msg/Range` holds it (32-bit floats).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeMessage<'a> {
+    /// Stamp, nanoseconds.
+    pub stamp_ns: i64,
+    /// The sonar's frame id; its topic is `/sonar/<sonar>`.
+    pub sonar: &'a str,
+    /// Full opening angle of the beam, radians.
+    pub field_of_view: f32,
+    /// Closest distance the sonar can measure, metres.
+    pub min_range: f32,
+    /// Farthest, metres.
+    pub max_range: f32,
+    /// Measured distance, metres; REP-117: +inf for no echo, -inf for too close.
+    pub range: f32,
+    /// Variance of `range`, square metres; 0 for unknown.
+    pub variance: f32,
+}
+
+/// The robot's velocity in its own frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Twist {
+    /// Forward, metres per second.
+    pub linear: f64,
+    /// Counter-clockwise, radians per second.
+    pub angular: f64,
+}
+
+/// A frame in another: `parent_from_child`, in the plane at a height.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transform<'a> {
+    /// The frame id that the pose is in.
+    pub parent: &'a str,
+    /// The frame id that the pose is of.
+    pub child: &'a str,
+    /// Where the child is in the parent.
+    pub parent_from_child: Pose2,
+    /// How high, metres.
+    pub height: f64,
+}
+
+/// Writes one log; [`finish`](Self::finish) completes it.
+pub struct LogWriter<W: Write + Seek> {
+    mcap: mcap::Writer<W>,
+    channels: BTreeMap<String, u16>,
+    buffer: Vec<u8>,
+}
+
+/// How a topic's messages are described and encoded.
+struct Format {
+    schema: &'static str,
+    schema_encoding: &'static str,
+    text: &'static str,
+    message_encoding: &'static str,
+}
+
+impl Format {
+    const RANGE: Self = Self::ros2("sensor_msgs/msg/Range", include_str!("schemas/Range.msg"));
+    const ODOMETRY: Self = Self::ros2(
+        "nav_msgs/msg/Odometry",
+        include_str!("schemas/Odometry.msg"),
+    );
+    const TRANSFORMS: Self = Self::ros2(
+        "tf2_msgs/msg/TFMessage",
+        include_str!("schemas/TFMessage.msg"),
+    );
+    const TRUTH: Self = Self::json(
+        "tmam.ReadingTruth",
+        include_str!("schemas/ReadingTruth.json"),
+    );
+    const WORLD: Self = Self::json("tmam.World", include_str!("schemas/World.json"));
+
+    const fn ros2(schema: &'static str, text: &'static str) -> Self {
+        Self {
+            schema,
+            schema_encoding: "ros2msg",
+            text,
+            message_encoding: "cdr",
+        }
+    }
+
+    const fn json(schema: &'static str, text: &'static str) -> Self {
+        Self {
+            schema,
+            schema_encoding: "jsonschema",
+            text,
+            message_encoding: "json",
+        }
+    }
+}
+
+impl<W: Write + Seek> LogWriter<W> {
+    /// Starts a log on `output`.
+    pub fn new(output: W) -> Result<Self, WriteError> {
+        let mcap = WriteOptions::new()
+            .profile("ros2")
+            .library(env!("CARGO_PKG_NAME"))
+            .compression(Some(Compression::Zstd))
+            .compression_threads(0)
+            .create(output)?;
+        Ok(Self {
+            mcap,
+            channels: BTreeMap::new(),
+            buffer: Vec::new(),
+        })
+    }
+
+    /// A reading, on `/sonar/<sonar>`.
+    pub fn range(&mut self, message: &RangeMessage) -> Result<(), WriteError> {
+        self.buffer.clear();
+        let mut cdr = Cdr::new(&mut self.buffer);
+        cdr.header(message.stamp_ns, message.sonar)?;
+        cdr.0.write_u8(ULTRASOUND);
+        for value in [
+            message.field_of_view,
+            message.min_range,
+            message.max_range,
+            message.range,
+            message.variance,
+        ] {
+            cdr.0.write_f32(value);
+        }
+        let topic = format!("/sonar/{}", message.sonar);
+        self.write(&topic, &Format::RANGE, message.stamp_ns)
+    }
+
+    /// Where the robot thinks it is, on `/odom`, and as a transform on `/tf`.
+    pub fn odometry(
+        &mut self,
+        stamp_ns: i64,
+        odom_from_robot: Pose2,
+        twist: Twist,
+    ) -> Result<(), WriteError> {
+        self.buffer.clear();
+        let mut cdr = Cdr::new(&mut self.buffer);
+        cdr.header(stamp_ns, ODOM_FRAME)?;
+        cdr.0.write_string(ROBOT_FRAME);
+        cdr.pose(odom_from_robot, 0.0);
+        cdr.unknown_covariance();
+        cdr.vector([twist.linear, 0.0, 0.0]);
+        cdr.vector([0.0, 0.0, twist.angular]);
+        cdr.unknown_covariance();
+        self.write("/odom", &Format::ODOMETRY, stamp_ns)?;
+
+        let transform = Transform {
+            parent: ODOM_FRAME,
+            child: ROBOT_FRAME,
+            parent_from_child: odom_from_robot,
+            height: 0.0,
+        };
+        self.transforms("/tf", stamp_ns, &[transform])
+    }
+
+    /// Frames that never move, on `/tf_static`.
+    pub fn static_transforms(
+        &mut self,
+        stamp_ns: i64,
+        transforms: &[Transform],
+    ) -> Result<(), WriteError> {
+        self.transforms("/tf_static", stamp_ns, transforms)
+    }
+
+    /// What really echoed, on [`TRUTH_TOPIC`].
+    pub fn truth(&mut self, truth: &ReadingTruth) -> Result<(), WriteError> {
+        self.json(TRUTH_TOPIC, &Format::TRUTH, truth.stamp_ns, truth)
+    }
+
+    /// The world that the truth counts in, on [`WORLD_TOPIC`].
+    pub fn world(&mut self, stamp_ns: i64, world: &World) -> Result<(), WriteError> {
+        self.json(WORLD_TOPIC, &Format::WORLD, stamp_ns, world)
+    }
+
+    /// Completes the log and gives its output back.
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.mcap.finish()?;
+        Ok(self.mcap.into_inner())
+    }
+
+    fn transforms(
+        &mut self,
+        topic: &str,
+        stamp_ns: i64,
+        transforms: &[Transform],
+    ) -> Result<(), WriteError> {
+        self.buffer.clear();
+        let mut cdr = Cdr::new(&mut self.buffer);
+        cdr.0.write_sequence_length(transforms.len());
+        for transform in transforms {
+            cdr.header(stamp_ns, transform.parent)?;
+            cdr.0.write_string(transform.child);
+            cdr.pose(transform.parent_from_child, transform.height);
+        }
+        self.write(topic, &Format::TRANSFORMS, stamp_ns)
+    }
+
+    fn json(
+        &mut self,
+        topic: &str,
+        format: &Format,
+        stamp_ns: i64,
+        value: &impl Serialize,
+    ) -> Result<(), WriteError> {
+        self.buffer.clear();
+        serde_json::to_writer(&mut self.buffer, value)?;
+        self.write(topic, format, stamp_ns)
+    }
+
+    /// Appends what is in the buffer to a topic, whose channel its first message opens.
+    fn write(&mut self, topic: &str, format: &Format, stamp_ns: i64) -> Result<(), WriteError> {
+        let channel_id = match self.channels.get(topic) {
+            Some(id) => *id,
+            None => {
+                let schema = self.mcap.add_schema(
+                    format.schema,
+                    format.schema_encoding,
+                    format.text.as_bytes(),
+                )?;
+                let id = self.mcap.add_channel(
+                    schema,
+                    topic,
+                    format.message_encoding,
+                    &BTreeMap::new(),
+                )?;
+                self.channels.insert(topic.to_owned(), id);
+                id
+            }
+        };
+        let time = u64::try_from(stamp_ns).map_err(|_| WriteError::Stamp { stamp_ns })?;
+        let header = MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: time,
+            publish_time: time,
+        };
+        Ok(self.mcap.write_to_known_channel(&header, &self.buffer)?)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,155 @@
+//! The set of files that a replay writes.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use crate::io::output::{Output, OutputError, is_stdout};
+
+/// Which outputs are asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Requested {
+    /// The recording's file.
+    pub recording: Option<PathBuf>,
+    /// The features' file.
+    pub features: Option<PathBuf>,
+    /// The trace's file.
+    pub trace: Option<PathBuf>,
+    /// The evaluation's file.
+    pub evaluation: Option<PathBuf>,
+    /// No recording, even where no output is named.
+    pub no_recording: bool,
+    /// Shown in an open viewer, which is an output as well.
+    pub live: bool,
+}
+
+/// The outputs of a replay, open.
+#[derive(Debug)]
+pub struct Outputs {
+    /// For the recording.
+    pub recording: Option<Output>,
+    /// For the features.
+    pub features: Option<Output>,
+    /// For the trace.
+    pub trace: Option<Output>,
+    /// For the evaluation.
+    pub evaluation: Option<Output>,
+}
+
+/// What was written.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Written {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// Whether one output went to standard output.
+    pub to_stdout: bool,
+}
+
+/// Why the outputs cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputsError {
+    /// Two outputs in one file would destroy each other, and one in the log's place the log.
+    #[error(
+        "{} is named twice; give the log and every output a name of its own",
+        if is_stdout(path) { "standard output".into() } else { path.to_string_lossy() }
+    )]
+    NamedTwice {
+        /// The file.
+        path: PathBuf,
+    },
+    /// One of them cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl Requested {
+    /// Opens the outputs: those that are named, or else a recording and features named after the
+    /// log, in the current directory.
+    ///
+    /// # Errors
+    /// A file that is named twice or cannot be written.
+    pub fn open(mut self, log: &Path) -> Result<Outputs, OutputsError> {
+        let named = [
+            &self.recording,
+            &self.features,
+            &self.trace,
+            &self.evaluation,
+        ];
+        if !self.live && named.iter().all(|output| output.is_none()) {
+            self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
+            self.features = Some(named_after(log, ".features.json"));
+        }
+        let named = [
+            &self.recording,
+            &self.features,
+            &self.trace,
+            &self.evaluation,
+        ];
+        refuse_collisions(&[log], &named.map(Option::as_deref))?;
+        let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
+        Ok(Outputs {
+            recording: create(self.recording)?,
+            features: create(self.features)?,
+            trace: create(self.trace)?,
+            evaluation: create(self.evaluation)?,
+        })
+    }
+}
+
+/// Refuses outputs in one file, or in the place of a file that is read.
+///
+/// # Errors
+/// The file that is named twice.
+pub fn refuse_collisions(inputs: &[&Path], outputs: &[Option<&Path>]) -> Result<(), OutputsError> {
+    let mut taken: BTreeSet<PathBuf> = inputs.iter().map(|path| place(path)).collect();
+    for path in outputs.iter().copied().flatten() {
+        let place = place(path);
+        // What is no file can be written to twice.
+        let is_file = !path.exists() || path.is_file();
+        if !taken.insert(place) && is_file {
+            return Err(OutputsError::NamedTwice {
+                path: path.to_owned(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Where a path leads, also before there is a file, or a directory for it.
+fn place(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let there = |part: &Path| {
+        let rest = absolute.strip_prefix(part).ok()?;
+        Some(part.canonicalize().ok()?.join(rest))
+    };
+    absolute
+        .ancestors()
+        .find_map(there)
+        .unwrap_or_else(|| absolute.clone())
+}
+
+fn named_after(log: &Path, extension: &str) -> PathBuf {
+    let mut name = log.file_stem().unwrap_or(log.as_os_str()).to_owned();
+    name.push(extension);
+    PathBuf::from(name)
+}
+
+impl Outputs {
+    /// Gives every file its name.
+    ///
+    /// # Errors
+    /// When one of them cannot take its name.
+    pub fn commit(self) -> Result<Written, OutputError> {
+        let mut written = Written::default();
+        let outputs = [self.recording, self.features, self.trace, self.evaluation];
+        for output in outputs.into_iter().flatten() {
+            let path = output.path().to_owned();
+            output.commit()?;
+            if is_stdout(&path) {
+                written.to_stdout = true;
+            } else {
+                written.files.push(path);
+            }
+        }
+        Ok(written)
+    }
+}

@@ -1,0 +1,234 @@
+//! `features.json`: what was extracted, and the map it made.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use serde::Serialize;
+
+use crate::core::config::Config;
+use crate::core::observer::{Setting, Source};
+use crate::core::replay::Outcome;
+use crate::core::rounding::{covariance, number, rounded};
+use crate::core::tmam::arc::ArcId;
+use crate::core::tmam::feature::{Action, Extraction, MapFeature, Point, Segment, Shape};
+use crate::core::tool::Tool;
+
+/// The format's name and version.
+pub const SCHEMA: &str = "tmam.features/1";
+
+#[derive(Debug, Serialize)]
+struct File<'a> {
+    schema: &'static str,
+    tool: Tool,
+    source: &'a Source,
+    config: &'a Config,
+    counts: Counts<'a>,
+    features: Vec<Feature<'a>>,
+    map: Map,
+}
+
+#[derive(Debug, Serialize)]
+struct Counts<'a> {
+    frames: u32,
+    readings: u64,
+    echoes: u64,
+    no_echoes: u64,
+    contact: u64,
+    intersection: u64,
+    unidentified: u64,
+    reasons: &'a BTreeMap<&'static str, u64>,
+    suspects: u64,
+    associated_readings: u64,
+    surplus: u64,
+    dropped: &'a BTreeMap<&'static str, u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Feature<'a> {
+    id: u32,
+    kind: &'static str,
+    sensor: &'a str,
+    first_frame: u32,
+    last_frame: u32,
+    readings: Vec<u32>,
+    #[serde(flatten)]
+    shape: Option<ShapeFields>,
+    #[serde(serialize_with = "number")]
+    residual_rms: f64,
+    iterations: u32,
+    converged: bool,
+    outliers: Vec<u32>,
+    opinion: &'static str,
+    #[serde(serialize_with = "number")]
+    chi2_line: f64,
+    #[serde(serialize_with = "number")]
+    chi2_point: f64,
+    map_id: Option<u32>,
+    action: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
+struct Map {
+    lines: Vec<Registered>,
+    points: Vec<Registered>,
+}
+
+#[derive(Debug, Serialize)]
+struct Registered {
+    id: u32,
+    #[serde(flatten)]
+    shape: ShapeFields,
+    readings: u32,
+    runs: u32,
+    status: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum ShapeFields {
+    Line {
+        rho: f64,
+        theta: f64,
+        covariance: [[f64; 2]; 2],
+        mid: [f64; 2],
+        half_length: f64,
+    },
+    Point {
+        x: f64,
+        y: f64,
+        covariance: [[f64; 2]; 2],
+        rho: f64,
+        alpha: f64,
+        /// Over (rho, alpha); null where polar coordinates are singular.
+        polar_covariance: Option<[[f64; 2]; 2]>,
+    },
+}
+
+impl From<&Shape> for ShapeFields {
+    fn from(shape: &Shape) -> Self {
+        match shape {
+            Shape::Line(segment) => Self::line(segment),
+            Shape::Point(point) => Self::point(point),
+        }
+    }
+}
+
+impl ShapeFields {
+    fn line(segment: &Segment) -> Self {
+        Self::Line {
+            rho: rounded(segment.rho),
+            theta: rounded(segment.theta),
+            covariance: covariance(&segment.covariance),
+            mid: [rounded(segment.mid.x), rounded(segment.mid.y)],
+            half_length: rounded(segment.half_length),
+        }
+    }
+
+    fn point(point: &Point) -> Self {
+        let (rho, alpha) = point.polar();
+        Self::Point {
+            x: rounded(point.position.x),
+            y: rounded(point.position.y),
+            covariance: covariance(&point.covariance),
+            rho: rounded(rho),
+            alpha: rounded(alpha),
+            polar_covariance: point.polar_covariance().as_ref().map(covariance),
+        }
+    }
+}
+
+/// Writes the file: pretty, with one newline at its end.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn write(
+    mut out: impl Write,
+    setting: &Setting<'_>,
+    outcome: &Outcome,
+) -> Result<(), std::io::Error> {
+    let map_of = |is_line: bool| {
+        outcome
+            .map
+            .iter()
+            .filter(|feature| matches!(feature.shape, Shape::Line(_)) == is_line)
+            .map(Registered::from)
+            .collect()
+    };
+    let file = File {
+        schema: SCHEMA,
+        tool: Tool::THIS,
+        source: setting.source,
+        config: setting.config,
+        counts: Counts {
+            frames: outcome.frames,
+            readings: outcome.tally.readings,
+            echoes: outcome.tally.echoes,
+            no_echoes: outcome.tally.no_echoes,
+            contact: outcome.labelled("contact"),
+            intersection: outcome.labelled("intersection"),
+            unidentified: outcome.labelled("unidentified"),
+            reasons: &outcome.reasons,
+            suspects: outcome.suspects,
+            associated_readings: outcome.associated_readings,
+            surplus: outcome.tally.surplus,
+            dropped: &outcome.tally.dropped,
+        },
+        features: outcome
+            .extractions
+            .iter()
+            .map(|extraction| feature(extraction, setting))
+            .collect(),
+        map: Map {
+            lines: map_of(true),
+            points: map_of(false),
+        },
+    };
+    serde_json::to_writer_pretty(&mut out, &file)?;
+    out.write_all(b"\n")
+}
+
+impl From<&MapFeature> for Registered {
+    fn from(feature: &MapFeature) -> Self {
+        Self {
+            id: feature.id,
+            shape: ShapeFields::from(&feature.shape),
+            readings: feature.readings,
+            runs: feature.runs,
+            status: feature.status.name(),
+        }
+    }
+}
+
+fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> Feature<'a> {
+    let frames: Vec<u32> = extraction.associated.iter().map(|arc| arc.frame).collect();
+    let (action, map_id, reason) = match extraction.action {
+        Action::Registered(id) => ("registered", Some(id), None),
+        Action::Merged(id) => ("merged", Some(id), None),
+        Action::Rejected(reason) => ("rejected", None, Some(reason.name())),
+    };
+    Feature {
+        id: extraction.id,
+        kind: extraction.kind.name(),
+        sensor: extraction
+            .associated
+            .first()
+            .and_then(|ArcId { sonar, .. }| setting.sonars.get(sonar.index()))
+            .map_or("", |sonar| sonar.name.as_str()),
+        first_frame: frames.first().copied().unwrap_or_default(),
+        last_frame: frames.last().copied().unwrap_or_default(),
+        readings: frames,
+        shape: extraction.shape.as_ref().map(ShapeFields::from),
+        residual_rms: extraction.residual_rms,
+        iterations: extraction.iterations,
+        converged: extraction.converged,
+        outliers: extraction.outliers.iter().map(|arc| arc.frame).collect(),
+        opinion: extraction.opinion.support.name(),
+        chi2_line: extraction.opinion.chi2_line,
+        chi2_point: extraction.opinion.chi2_point,
+        map_id,
+        action,
+        reason,
+    }
+}

@@ -1,0 +1,208 @@
+//! Colours, sizes and the numbers that stand for labels.
+
+use rerun::{AnnotationContext, ClassDescription, Color, Radius, Rgba32};
+
+use crate::core::tmam::triple::{Label, Reason};
+
+/// A line: contact arcs, contact points, walls.
+pub const CONTACT: Color = rgb(0x4d, 0xa6, 0xff);
+/// A point: intersection arcs, intersection points, corners.
+pub const INTERSECTION: Color = rgb(0xff, 0xa6, 0x2b);
+/// Neither could be told.
+pub const UNIDENTIFIED: Color = rgb(0x62, 0x66, 0x6e);
+/// A fit that was not used.
+pub const REJECTED: Color = rgb(0xff, 0x4d, 0x5e);
+/// The robot and its heading.
+pub const ROBOT: Color = rgb(0x5f, 0xe0, 0x8f);
+/// Where the robot has been.
+pub const TRAJECTORY: Color = rgb(0x2f, 0x86, 0x57);
+/// From a sonar to the middle of its arc.
+pub const BEAM: Color = rgb(0x34, 0x38, 0x40);
+/// Walls of the map.
+pub const WALL: Color = rgb(0xf2, 0xf4, 0xf8);
+/// Points of the map.
+pub const CORNER: Color = rgb(0xff, 0xe0, 0x8a);
+/// Features of the map that too little speaks for.
+pub const TENTATIVE: Color = rgb(0x7d, 0x83, 0x90);
+/// Arcs whose label is contradicted.
+pub const SUSPECT: Color = rgb(0xb8, 0xff, 0x3a);
+/// Three standard deviations of a map feature.
+pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
+/// A bound that a value is held against.
+pub const BOUND: Color = rgb(0xff, 0x4d, 0x5e);
+
+/// What is really there.
+pub const TRUTH: Color = rgb(0x3c, 0x56, 0x48);
+/// What the replay took for something else.
+pub const WRONG: Color = rgb(0xff, 0x5c, 0xd6);
+/// From where something is to where it should be.
+pub const ERROR: Color = rgb(0xff, 0xe9, 0x3b);
+/// A feature of a golden file.
+pub const GOLDEN: Color = rgb(0x2c, 0x6a, 0x63);
+/// A feature of a golden file that moved or is missing.
+pub const BEFORE: Color = rgb(0x2e, 0xe6, 0xcf);
+/// What is now otherwise than in a golden file.
+pub const NOW: Color = rgb(0xff, 0x4d, 0xe1);
+
+const fn rgb(r: u8, g: u8, b: u8) -> Color {
+    Color(Rgba32::from_rgb(r, g, b))
+}
+
+/// A size on the screen, whatever the zoom.
+pub fn ui(points: f32) -> Radius {
+    Radius::new_ui_points(points)
+}
+
+/// What stacks on what in the map: higher is nearer to the eye.
+pub mod order {
+    pub const TRUTH: f32 = 0.2;
+    pub const MISSED: f32 = 0.4;
+    pub const BEAM: f32 = 1.0;
+    pub const TRAJECTORY: f32 = 2.0;
+    pub const COVARIANCE: f32 = 3.0;
+    pub const GOLDEN: f32 = 3.5;
+    pub const WALL: f32 = 4.0;
+    pub const CORNER: f32 = 5.0;
+    pub const SPURIOUS: f32 = 5.5;
+    pub const ASSOCIATED: f32 = 6.0;
+    pub const SUSPECT: f32 = 6.5;
+    pub const WRONG: f32 = 6.6;
+    pub const ARC: f32 = 7.0;
+    pub const FEATURE: f32 = 8.0;
+    pub const BEFORE: f32 = 8.3;
+    pub const NOW: f32 = 8.6;
+    pub const TOUCH: f32 = 9.0;
+    pub const ROBOT: f32 = 10.0;
+}
+
+/// Every label an arc can have.
+pub const LABELS: [Label; 9] = [
+    Label::Contact,
+    Label::Intersection,
+    Label::Unidentified(Reason::Missing),
+    Label::Unidentified(Reason::Gap),
+    Label::Unidentified(Reason::Turning),
+    Label::Unidentified(Reason::NoPoints),
+    Label::Unidentified(Reason::Wide),
+    Label::Unidentified(Reason::Ambiguous),
+    Label::Unidentified(Reason::Neither),
+];
+
+/// The number that stands for a label in `class_ids`; 10 and up are the reasons.
+pub fn class(label: Label) -> u16 {
+    match label {
+        Label::Contact => 1,
+        Label::Intersection => 2,
+        Label::Unidentified(Reason::Missing) => 10,
+        Label::Unidentified(Reason::Gap) => 11,
+        Label::Unidentified(Reason::Turning) => 12,
+        Label::Unidentified(Reason::NoPoints) => 13,
+        Label::Unidentified(Reason::Wide) => 14,
+        Label::Unidentified(Reason::Ambiguous) => 15,
+        Label::Unidentified(Reason::Neither) => 16,
+    }
+}
+
+/// The colour of a label.
+pub fn color(label: Label) -> Color {
+    match label {
+        Label::Contact => CONTACT,
+        Label::Intersection => INTERSECTION,
+        Label::Unidentified(_) => UNIDENTIFIED,
+    }
+}
+
+/// A label, with the reason where there is none.
+pub fn name(label: Label) -> String {
+    match label.reason() {
+        Some(reason) => format!("{}: {}", label.name(), reason.name()),
+        None => label.name().to_owned(),
+    }
+}
+
+/// What a lane says in little room.
+pub fn short(label: Label) -> &'static str {
+    match label {
+        Label::Contact | Label::Intersection => label.name(),
+        Label::Unidentified(Reason::Missing) => "m",
+        Label::Unidentified(Reason::Gap) => "g",
+        Label::Unidentified(Reason::Turning) => "t",
+        Label::Unidentified(Reason::NoPoints) => "p",
+        Label::Unidentified(Reason::Wide) => "w",
+        Label::Unidentified(Reason::Ambiguous) => "a",
+        Label::Unidentified(Reason::Neither) => "n",
+    }
+}
+
+/// The colour of a label on a lane: dark where there was no triple, lighter where its readings did
+/// not decide, brown where they contradict both.
+pub fn shade(label: Label) -> Color {
+    match label {
+        Label::Contact | Label::Intersection => color(label),
+        Label::Unidentified(Reason::Missing) => rgb(0x2e, 0x31, 0x38),
+        Label::Unidentified(Reason::Gap) => rgb(0x3d, 0x37, 0x48),
+        Label::Unidentified(Reason::Turning) => rgb(0x2c, 0x44, 0x46),
+        Label::Unidentified(Reason::NoPoints) => rgb(0x4e, 0x52, 0x5a),
+        Label::Unidentified(Reason::Wide) => rgb(0x66, 0x6b, 0x75),
+        Label::Unidentified(Reason::Ambiguous) => rgb(0x80, 0x86, 0x93),
+        Label::Unidentified(Reason::Neither) => rgb(0x7a, 0x57, 0x4a),
+    }
+}
+
+/// Name and colour of every class.
+pub fn annotations() -> AnnotationContext {
+    AnnotationContext::new(LABELS.map(|label| {
+        let name = name(label);
+        ClassDescription::from((class(label), name.as_str(), color(label).0))
+    }))
+}
+
+/// Colours for `count` sonars, once around the colour wheel: neighbours in the ring look alike,
+/// opposites do not.
+pub fn wheel(count: usize) -> Vec<Color> {
+    (0..count)
+        .map(|i| {
+            let hue = 6.0 * i as f32 / count.max(1) as f32;
+            let channel = |offset: f32| {
+                let x = (hue + offset) % 6.0;
+                let ramp = (2.0 - (x - 3.0).abs()).clamp(0.0, 1.0);
+                // Not below 70, so that no colour sinks into the dark background.
+                (70.0 + 185.0 * (1.0 - ramp)).round() as u8
+            };
+            rgb(channel(0.0), channel(4.0), channel(2.0))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_label_has_its_own_class() {
+        let mut classes = LABELS.map(class).to_vec();
+        classes.dedup();
+        assert_eq!(classes.len(), LABELS.len());
+    }
+
+    #[test]
+    fn every_reason_has_its_own_letter_and_shade() {
+        let mut letters = LABELS.map(short).to_vec();
+        letters.sort_unstable();
+        letters.dedup();
+        let mut shades = LABELS.map(|label| shade(label).0.to_u32()).to_vec();
+        shades.sort_unstable();
+        shades.dedup();
+        assert_eq!((letters.len(), shades.len()), (LABELS.len(), LABELS.len()));
+    }
+
+    #[test]
+    fn the_wheel_never_repeats_a_colour() {
+        for count in [1, 4, 8, 16, 32] {
+            let mut colors: Vec<u32> = wheel(count).iter().map(|c| c.0.to_u32()).collect();
+            colors.sort_unstable();
+            colors.dedup();
+            assert_eq!(colors.len(), count);
+        }
+    }
+}

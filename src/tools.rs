@@ -1,0 +1,9 @@
+pub mod carried;
+pub mod check;
+pub mod diff;
+pub mod evaluate;
+pub mod explain;
+pub mod golden;
+pub mod info;
+pub mod simulate;
+pub mod sweep;

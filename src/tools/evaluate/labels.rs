@@ -1,0 +1,269 @@
+//! Labels against what echoed.
+//!
+//! An arc's own reflector is its truth, whatever its neighbours came from: `contact` is right on an
+//! arc of a wall, `intersection` on one of a point.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::share;
+use super::truth::{Other, Target};
+use crate::core::rounding::optional;
+use crate::core::tmam::arc::ArcId;
+use crate::core::tmam::triple::Label;
+use crate::core::world::Reflector;
+
+/// A decided arc and what it came from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// The arc.
+    pub arc: ArcId,
+    /// What it was labelled.
+    pub label: Label,
+    /// What it came from.
+    pub target: Target,
+    /// Whether its neighbours in the sonar's sequence came from the same wall or point.
+    pub one_target: bool,
+    /// How strongly the replay itself doubts the label: see [`suspects`](super::suspects).
+    pub doubt: f64,
+    /// Whether the replay itself calls the label suspect.
+    pub suspect: bool,
+}
+
+impl Judged {
+    /// Whether the label is right; `None` for an arc without one.
+    pub fn is_right(&self) -> Option<bool> {
+        match self.label {
+            Label::Contact => Some(matches!(self.target, Target::Reflector(Reflector::Line(_)))),
+            Label::Intersection => Some(matches!(
+                self.target,
+                Target::Reflector(Reflector::Point(_))
+            )),
+            Label::Unidentified(_) => None,
+        }
+    }
+}
+
+/// Arcs by what they came from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct ByTarget {
+    /// From a wall.
+    pub line: u64,
+    /// From a point.
+    pub point: u64,
+    /// From neither.
+    pub other: u64,
+}
+
+impl ByTarget {
+    fn count(&mut self, target: Target) {
+        *match target {
+            Target::Reflector(Reflector::Line(_)) => &mut self.line,
+            Target::Reflector(Reflector::Point(_)) => &mut self.point,
+            Target::Other(_) => &mut self.other,
+        } += 1;
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.line + self.point + self.other
+    }
+}
+
+/// How one label did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Class {
+    /// Right ones among the arcs that have the label.
+    #[serde(serialize_with = "optional")]
+    pub precision: Option<f64>,
+    /// Arcs that have the label among those that should.
+    #[serde(serialize_with = "optional")]
+    pub recall: Option<f64>,
+}
+
+/// Wrong labels by what their triples saw.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Wrong {
+    /// The arc and its neighbours came from one target: the noise misled the rule.
+    pub one_target: u64,
+    /// They came from different ones, or not from the world: a triple across a change of target,
+    /// or an arc of something unknown.
+    pub mixed: u64,
+}
+
+/// How the labels of a replay did.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct LabelScore {
+    /// Arcs that were decided.
+    pub arcs: u64,
+    /// Share of them that have a label.
+    #[serde(serialize_with = "optional")]
+    pub coverage: Option<f64>,
+    /// Share of wrong ones among the labels given.
+    #[serde(serialize_with = "optional")]
+    pub wrong_share: Option<f64>,
+    /// The same among those on arcs of a wall or point: what counts where the world is not the
+    /// whole truth.
+    #[serde(serialize_with = "optional")]
+    pub wrong_share_known: Option<f64>,
+    /// Arcs labelled contact.
+    pub contact: ByTarget,
+    /// Arcs labelled intersection.
+    pub intersection: ByTarget,
+    /// Arcs without a label.
+    pub unidentified: ByTarget,
+    /// Arcs without a label, by the reason.
+    pub reasons: BTreeMap<&'static str, ByTarget>,
+    /// Arcs from neither a wall nor a point, by why.
+    pub other: BTreeMap<&'static str, u64>,
+    /// How contact did.
+    pub contact_score: Class,
+    /// How intersection did.
+    pub intersection_score: Class,
+    /// The wrong labels.
+    pub wrong: Wrong,
+}
+
+impl LabelScore {
+    /// Scores every decided arc.
+    pub fn new(judged: &[Judged]) -> Self {
+        let mut score = Self {
+            other: Other::ALL.map(|other| (other.name(), 0)).into(),
+            ..Self::default()
+        };
+        for arc in judged {
+            score.take(arc);
+        }
+        let (contact, intersection) = (score.contact, score.intersection);
+        let missing = score.unidentified;
+        let lines = contact.line + intersection.line + missing.line;
+        let points = contact.point + intersection.point + missing.point;
+        score.contact_score = Class {
+            precision: share(contact.line, contact.total()),
+            recall: share(contact.line, lines),
+        };
+        score.intersection_score = Class {
+            precision: share(intersection.point, intersection.total()),
+            recall: share(intersection.point, points),
+        };
+        score.coverage = share(score.given(), score.arcs);
+        score.wrong_share = share(score.wrong_labels(), score.given());
+        let confused = contact.point + intersection.line;
+        let known = confused + contact.line + intersection.point;
+        score.wrong_share_known = share(confused, known);
+        score
+    }
+
+    fn take(&mut self, arc: &Judged) {
+        self.arcs += 1;
+        if let Target::Other(other) = arc.target {
+            *self.other.entry(other.name()).or_default() += 1;
+        }
+        match arc.label {
+            Label::Contact => self.contact.count(arc.target),
+            Label::Intersection => self.intersection.count(arc.target),
+            Label::Unidentified(reason) => {
+                self.unidentified.count(arc.target);
+                let reason = self.reasons.entry(reason.name()).or_default();
+                reason.count(arc.target);
+            }
+        }
+        match (arc.is_right(), arc.one_target) {
+            (Some(false), true) => self.wrong.one_target += 1,
+            (Some(false), false) => self.wrong.mixed += 1,
+            _ => {}
+        }
+    }
+
+    /// Whether the world is the one that the robot drove in: more than one arc in twenty comes from
+    /// what is in it.
+    pub fn fits_the_world(&self) -> bool {
+        let labels = [&self.contact, &self.intersection, &self.unidentified];
+        let known: u64 = labels.iter().map(|by| by.line + by.point).sum();
+        self.arcs == 0 || known * 20 > self.arcs
+    }
+
+    /// Labels given.
+    pub fn given(&self) -> u64 {
+        self.contact.total() + self.intersection.total()
+    }
+
+    /// Wrong ones among them.
+    pub fn wrong_labels(&self) -> u64 {
+        self.wrong.one_target + self.wrong.mixed
+    }
+}
+
+#[cfg(test)]
+pub(super) mod testing {
+    use super::*;
+    use crate::core::event::SonarId;
+
+    pub const LINE: Target = Target::Reflector(Reflector::Line(0));
+    pub const POINT: Target = Target::Reflector(Reflector::Point(0));
+
+    /// An arc with a label, which came from something and is doubted so much.
+    pub fn judged(label: Label, target: Target, doubt: f64) -> Judged {
+        Judged {
+            arc: ArcId {
+                frame: 0,
+                sonar: SonarId(0),
+            },
+            label,
+            target,
+            one_target: true,
+            doubt,
+            suspect: doubt >= 6.63,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{LINE, POINT, judged};
+    use super::*;
+    use crate::core::tmam::triple::Reason;
+
+    #[test]
+    fn the_scores_follow_from_the_counts() {
+        let wide = Label::Unidentified(Reason::Wide);
+        let outlier = Target::Other(Other::Outlier);
+        let mut arcs = Vec::new();
+        for (label, target, count) in [
+            (Label::Contact, LINE, 6),
+            (Label::Contact, POINT, 1),
+            (Label::Contact, outlier, 1),
+            (Label::Intersection, LINE, 2),
+            (Label::Intersection, POINT, 3),
+            (wide, LINE, 4),
+            (wide, POINT, 2),
+            (wide, outlier, 1),
+        ] {
+            arcs.extend(std::iter::repeat_n(judged(label, target, 0.0), count));
+        }
+        if let Some(arc) = arcs.get_mut(6) {
+            arc.one_target = false; // the contact on a point
+        }
+        let score = LabelScore::new(&arcs);
+        assert_eq!(score.arcs, 20);
+        assert_eq!(score.coverage, Some(13.0 / 20.0));
+        assert_eq!(score.wrong_share, Some(4.0 / 13.0));
+        assert_eq!(score.wrong_share_known, Some(3.0 / 12.0));
+        assert_eq!(score.contact_score.precision, Some(6.0 / 8.0));
+        assert_eq!(score.contact_score.recall, Some(6.0 / 12.0));
+        assert_eq!(score.intersection_score.precision, Some(3.0 / 5.0));
+        assert_eq!(score.intersection_score.recall, Some(3.0 / 6.0));
+        assert_eq!((score.wrong.one_target, score.wrong.mixed), (3, 1));
+        assert_eq!(score.reasons.get("wide").map(ByTarget::total), Some(7));
+        assert_eq!(score.other.get("outlier"), Some(&2));
+        assert_eq!(score.other.get("nothing"), Some(&0));
+    }
+
+    #[test]
+    fn of_nothing_there_is_no_share() {
+        let score = LabelScore::new(&[]);
+        assert_eq!((score.coverage, score.wrong_share), (None, None));
+        assert_eq!(score.contact_score, Class::default());
+    }
+}

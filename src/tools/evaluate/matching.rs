@@ -1,0 +1,178 @@
+//! A feature held against a wall or point of the world.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
+use crate::core::tmam::feature::{Point, Segment, Shape};
+use crate::core::world::{Reflector, Wall, World};
+
+/// A segment whose middle lies farther than this from a wall's line is not that wall, metres.
+pub const LINE_OFFSET: f64 = 0.10;
+/// A segment turned more than this against a wall is not that wall, radians.
+pub const LINE_ANGLE: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// A point farther than this from another is not that point, metres.
+pub const POINT_DISTANCE: f64 = 0.20;
+
+/// How far a feature is from the truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Error {
+    /// Of a line: feature minus truth.
+    Line {
+        /// Seen from the wall's middle, metres: positive where the line is farther from the origin.
+        rho: f64,
+        /// Radians.
+        theta: f64,
+        /// Seen from the world's origin, metres: it grows with the distance from there.
+        rho_at_origin: f64,
+    },
+    /// Of a point: metres from it.
+    Point {
+        /// Metres.
+        distance: f64,
+    },
+}
+
+/// A feature held against the wall or point that it should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// How far it is from it.
+    pub error: Error,
+    /// Normalised error squared, e^T P^-1 e, with two degrees of freedom; `None` where the
+    /// covariance has no inverse.
+    pub nees: Option<f64>,
+    /// For an assignment: 0 for a perfect match, at most 3; `None` beyond the gates.
+    pub cost: Option<f64>,
+}
+
+/// Holds a feature against a reflector; `None` where one is a line and the other a point.
+pub fn compare(shape: &Shape, reflector: Reflector, world: &World) -> Option<Comparison> {
+    match (shape, reflector) {
+        (Shape::Line(segment), Reflector::Line(index)) => Some(compare_line(
+            segment,
+            &TrueLine::of(world.walls().get(index)?),
+        )),
+        (Shape::Point(point), Reflector::Point(index)) => {
+            Some(compare_point(point, *world.points().get(index)?))
+        }
+        _ => None,
+    }
+}
+
+/// The place of a wall's line that is nearest to `place`, or the point itself.
+pub fn nearest_truth(place: Vec2, reflector: Reflector, world: &World) -> Option<Vec2> {
+    match reflector {
+        Reflector::Line(index) => {
+            let line = TrueLine::of(world.walls().get(index)?);
+            Some(line.start + line.along * (place - line.start).dot(&line.along))
+        }
+        Reflector::Point(index) => world.points().get(index).copied(),
+    }
+}
+
+/// A wall as the estimator parametrises lines.
+#[derive(Debug, Clone, Copy)]
+pub struct TrueLine {
+    rho: f64,
+    theta: f64,
+    start: Vec2,
+    along: Vec2,
+    /// Metres.
+    pub length: f64,
+}
+
+impl TrueLine {
+    /// The line of a wall.
+    pub fn of(wall: &Wall) -> Self {
+        let span = wall.end - wall.start;
+        let length = span.norm();
+        let along = span / length;
+        let normal = Vec2::new(-along.y, along.x);
+        // With rho >= 0, as the map has its lines: a positive error is away from the origin.
+        let normal = if normal.dot(&wall.start) < 0.0 {
+            -normal
+        } else {
+            normal
+        };
+        Self {
+            rho: normal.dot(&wall.start),
+            theta: direction(normal),
+            start: wall.start,
+            along,
+            length,
+        }
+    }
+
+    /// The place `way` metres along the wall from its start.
+    pub fn at(&self, way: f64) -> Vec2 {
+        self.start + self.along * way
+    }
+
+    /// The part of the wall that lies beside a segment, as ways from its start in metres; the
+    /// first is the larger where there is none.
+    pub fn beside(&self, segment: &Segment) -> (f64, f64) {
+        let (low, high) = self.span(segment);
+        (low.max(0.0), high.min(self.length))
+    }
+
+    fn span(&self, segment: &Segment) -> (f64, f64) {
+        let [a, b] = segment
+            .ends()
+            .map(|end| (end - self.start).dot(&self.along));
+        (a.min(b), a.max(b))
+    }
+}
+
+fn compare_line(segment: &Segment, wall: &TrueLine) -> Comparison {
+    // (rho, theta) and (-rho, theta + pi) are one line.
+    let segment = if angle_between(segment.theta, wall.theta) > FRAC_PI_2 {
+        segment.flipped()
+    } else {
+        *segment
+    };
+    // Seen from the wall's middle, a room far from the origin has the figures of one that is near.
+    let (local, covariance) = segment.about(wall.at(wall.length / 2.0));
+    let (rho, theta) = (local.x, wrap_angle(segment.theta - wall.theta));
+    let (low, high) = wall.beside(&segment);
+    // A short piece of wall does not say how a line goes on: what counts is where it passes it.
+    let place = wall.at((low + high) / 2.0);
+    let offset = unit(segment.theta).dot(&(segment.mid - place));
+    let within = low <= high && offset.abs() <= LINE_OFFSET && theta.abs() <= LINE_ANGLE;
+    let square = |x: f64| x * x;
+    let beside = if segment.half_length > 0.0 {
+        (high - low) / (2.0 * segment.half_length)
+    } else {
+        1.0
+    };
+    let cost = square(offset / LINE_OFFSET) + square(theta / LINE_ANGLE) + 1.0 - beside.min(1.0);
+    Comparison {
+        error: Error::Line {
+            rho,
+            theta,
+            rho_at_origin: segment.rho - wall.rho,
+        },
+        nees: nees(Vector2::new(rho, theta), &covariance),
+        cost: within.then_some(cost),
+    }
+}
+
+fn compare_point(point: &Point, truth: Vec2) -> Comparison {
+    let error = point.position - truth;
+    let distance = error.norm();
+    let cost = distance / POINT_DISTANCE;
+    Comparison {
+        error: Error::Point { distance },
+        nees: nees(error, &point.covariance),
+        cost: (cost <= 1.0).then_some(cost * cost),
+    }
+}
+
+/// e^T P^-1 e.
+fn nees(error: Vector2<f64>, covariance: &Matrix2<f64>) -> Option<f64> {
+    let nees = error.dot(&(covariance.try_inverse()? * error));
+    (nees.is_finite() && nees >= 0.0).then_some(nees)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,276 @@
+//! What really echoed, and what could be seen at all.
+
+mod error;
+mod survey;
+mod target;
+
+use std::collections::BTreeMap;
+
+use crate::core::event::{RangeReading, Return, SonarId};
+use crate::core::geometry::Pose2;
+use crate::core::odometry::Track;
+use crate::core::replay::Replay;
+use crate::core::tmam::arc::Arc;
+use crate::core::world::{Reflector, World};
+use crate::io::log::truth::RecordedTruth;
+pub use error::TruthError;
+pub use target::{Other, Target};
+
+/// A wall or point that echoed fewer times than this cannot be asked of a map: a triple has three
+/// readings.
+pub const VISIBLE: u64 = 3;
+
+/// Standard deviations within which a range agrees with the echo model.
+pub const AGREEING_SIGMAS: f64 = 5.0;
+
+/// Metres within which a range always agrees with the echo model: what is left of the world's and
+/// the poses' own errors where a driver claims millimetres.
+pub const AGREEING_RANGE: f64 = 0.05;
+
+/// Where the truth came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The log says what echoed at each reading.
+    Log,
+    /// The echo model at each arc's pose, in a world from a file or the log.
+    EchoModel,
+}
+
+/// What really echoed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    world: World,
+    recorded: BTreeMap<(i64, SonarId), Target>,
+    agreeing_range: f64,
+    walls_seen: Vec<u64>,
+    points_seen: Vec<u64>,
+}
+
+impl Truth {
+    /// The truth about a log: what it carries itself, or else the echo model in a `given` world.
+    ///
+    /// A given world that is not the log's own replaces all that the log says. `agreeing_range`
+    /// (metres) is [`AGREEING_RANGE`] unless the world's own errors are known.
+    ///
+    /// # Errors
+    /// When there is no truth, or what the log says of it is of no use.
+    pub fn new(
+        replay: &Replay<'_>,
+        recorded: &RecordedTruth,
+        given: Option<World>,
+        agreeing_range: f64,
+    ) -> Result<Self, TruthError> {
+        let file = &replay.log().file;
+        if !(agreeing_range >= 0.0 && agreeing_range.is_finite()) {
+            return Err(TruthError::Agreement {
+                value: agreeing_range,
+            });
+        }
+        let own = match (recorded.world(), &given) {
+            (Ok(world), _) => world,
+            (Err(_), Some(_)) => None,
+            (Err(problem), None) => {
+                return Err(TruthError::World {
+                    file: file.clone(),
+                    problem: problem.to_string(),
+                });
+            }
+        };
+        let is_own = given.is_none() || given.as_ref() == own;
+        let world = given
+            .or_else(|| own.cloned())
+            .ok_or_else(|| TruthError::None { file: file.clone() })?;
+        let mut truth = Self {
+            recorded: BTreeMap::new(),
+            agreeing_range,
+            walls_seen: vec![0; world.walls().len()],
+            points_seen: vec![0; world.points().len()],
+            world,
+        };
+        if is_own {
+            truth.take_recorded(replay, recorded)?;
+        } else {
+            truth.world = survey::whole(&truth.world);
+            truth.walls_seen = vec![0; truth.world.walls().len()];
+            truth.points_seen = vec![0; truth.world.points().len()];
+        }
+        truth.see(replay);
+        Ok(truth)
+    }
+
+    /// The same; `None` where nothing says the truth.
+    ///
+    /// # Errors
+    /// When what a log says of it is of no use.
+    pub fn if_known(
+        replay: &Replay<'_>,
+        recorded: &RecordedTruth,
+        given: Option<World>,
+        agreeing_range: f64,
+    ) -> Result<Option<Self>, TruthError> {
+        match Self::new(replay, recorded, given, agreeing_range) {
+            Ok(truth) => Ok(Some(truth)),
+            Err(TruthError::None { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Where the truth came from.
+    pub fn origin(&self) -> Origin {
+        if self.recorded.is_empty() {
+            Origin::EchoModel
+        } else {
+            Origin::Log
+        }
+    }
+
+    /// Metres within which a range always agrees with the echo model.
+    pub fn agreeing_range(&self) -> f64 {
+        self.agreeing_range
+    }
+
+    /// What an arc came from: as the log says, or else what the echo model has at its pose, if the
+    /// range agrees with that.
+    pub fn target(&self, arc: &Arc) -> Target {
+        match self.recorded.get(&(arc.stamp_ns, arc.id.sonar)) {
+            Some(target) => *target,
+            None => self.modelled(
+                arc.world_from_sensor,
+                arc.beam_width,
+                arc.range,
+                arc.variance,
+            ),
+        }
+    }
+
+    /// How often a wall or point echoed.
+    pub fn echoes(&self, reflector: Reflector) -> u64 {
+        let seen = match reflector {
+            Reflector::Line(index) => self.walls_seen.get(index),
+            Reflector::Point(index) => self.points_seen.get(index),
+        };
+        seen.copied().unwrap_or_default()
+    }
+
+    /// Whether a wall or point echoed often enough to be asked of a map.
+    pub fn is_visible(&self, reflector: Reflector) -> bool {
+        self.echoes(reflector) >= VISIBLE
+    }
+
+    fn modelled(
+        &self,
+        world_from_sensor: Pose2,
+        beam_width: f64,
+        range: f64,
+        variance: f64,
+    ) -> Target {
+        let agreeing = (AGREEING_SIGMAS * variance.max(0.0).sqrt()).max(self.agreeing_range);
+        match self
+            .world
+            .echo(world_from_sensor, beam_width, f64::INFINITY)
+        {
+            None => Target::Other(Other::Nothing),
+            Some(echo) if (echo.range - range).abs() <= agreeing => {
+                Target::Reflector(echo.reflector)
+            }
+            Some(_) => Target::Other(Other::Disagrees),
+        }
+    }
+
+    fn take_recorded(
+        &mut self,
+        replay: &Replay<'_>,
+        recorded: &RecordedTruth,
+    ) -> Result<(), TruthError> {
+        let log = replay.log();
+        let mut ids = BTreeMap::new();
+        for (sonar, id) in log.events.sonars.iter().zip(0_u16..) {
+            ids.insert(sonar.name.as_str(), SonarId(id));
+        }
+        for truth in &recorded.readings {
+            let Some(sonar) = ids.get(truth.sonar.as_str()) else {
+                continue;
+            };
+            let target = match truth.reflector() {
+                _ if truth.outlier => Target::Other(Other::Outlier),
+                None => Target::Other(Other::Nothing),
+                Some(reflector) => {
+                    self.check(reflector, &log.file)?;
+                    Target::Reflector(reflector)
+                }
+            };
+            self.recorded.insert((truth.stamp_ns, *sonar), target);
+        }
+        Ok(())
+    }
+
+    fn check(&self, reflector: Reflector, file: &str) -> Result<(), TruthError> {
+        let (kind, index, known) = match reflector {
+            Reflector::Line(index) => ("wall", index, self.walls_seen.len()),
+            Reflector::Point(index) => ("point", index, self.points_seen.len()),
+        };
+        if index < known {
+            return Ok(());
+        }
+        Err(TruthError::NoSuchReflector {
+            file: file.to_owned(),
+            kind,
+            index,
+            known,
+        })
+    }
+
+    /// Counts how often each wall and point echoed, over every reading: what could be seen does
+    /// not depend on the frames that a configuration makes of them.
+    fn see(&mut self, replay: &Replay<'_>) {
+        let setting = replay.setting();
+        let track = Track::new(&replay.log().events.odometry, &setting.config.frames)
+            .with_range_delay(setting.config.input.range_delay);
+        for reading in replay.readings() {
+            if reading.classify() != Return::Echo {
+                continue;
+            }
+            let Some(target) = self.reading_target(replay, &track, reading) else {
+                continue;
+            };
+            let seen = match target {
+                Target::Reflector(Reflector::Line(index)) => self.walls_seen.get_mut(index),
+                Target::Reflector(Reflector::Point(index)) => self.points_seen.get_mut(index),
+                Target::Other(_) => None,
+            };
+            if let Some(seen) = seen {
+                *seen += 1;
+            }
+        }
+    }
+
+    /// What a reading came from; `None` where it has no pose.
+    fn reading_target(
+        &self,
+        replay: &Replay<'_>,
+        track: &Track<'_>,
+        reading: &RangeReading,
+    ) -> Option<Target> {
+        let setting = replay.setting();
+        let sonar = setting.sonars.get(reading.sonar.index())?;
+        let world_from_robot = track.world_from_robot_at(reading).ok()?;
+        if let Some(target) = self.recorded.get(&(reading.stamp_ns, reading.sonar)) {
+            return Some(*target);
+        }
+        let noise = &setting.config.noise;
+        Some(self.modelled(
+            world_from_robot.compose(&sonar.robot_from_sensor),
+            reading.beam_width,
+            reading.range,
+            noise.variance(reading.range, reading.variance),
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests;

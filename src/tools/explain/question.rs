@@ -1,0 +1,262 @@
+//! Which arc is meant.
+
+mod error;
+
+use crate::core::event::{Sonar, SonarId};
+use crate::core::geometry::{Vec2, unit};
+use crate::core::observer::Setting;
+use crate::core::tmam::arc::Arc;
+use crate::io::config::file::glob_set;
+
+pub use self::error::QuestionError;
+use super::watch::Watch;
+
+/// What names an arc.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Which {
+    /// The arc that the sonar gave this frame.
+    Frame(u32),
+    /// The sonar's arc nearest to this many seconds after the log's first reading.
+    Time(f64),
+    /// The arc that passes nearest to a place in the world, metres: what one points at in the map.
+    Place(Vec2),
+}
+
+/// A question about an arc.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// Globs over the names of the sonars it may be of; empty for all.
+    pub sonars: Vec<String>,
+    /// Which of their arcs.
+    pub which: Which,
+}
+
+/// The answer: an arc, and how it was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// The arc.
+    pub arc: Arc,
+    /// How far it passes from the place that was asked for, metres.
+    pub distance: Option<f64>,
+    /// How long after the time that was asked for it was measured, seconds.
+    pub late: Option<f64>,
+}
+
+impl Question {
+    /// Finds the arcs that answer it, the best first; never none.
+    ///
+    /// # Errors
+    /// When no arc does.
+    pub fn answers(
+        &self,
+        watch: &Watch,
+        setting: &Setting<'_>,
+        origin_ns: i64,
+    ) -> Result<Vec<Found>, QuestionError> {
+        let sonars = sonars(&self.sonars, watch, setting)?;
+        let names = || sonars.iter().map(|(_, sonar)| sonar.name.clone()).collect();
+        let mut arcs: Vec<&Arc> = watch
+            .arcs()
+            .filter(|arc| sonars.iter().any(|(id, _)| *id == arc.id.sonar))
+            .collect();
+        let found = |arc: &Arc| Found {
+            arc: *arc,
+            distance: None,
+            late: None,
+        };
+        if let Which::Place(place) = self.which {
+            let mut near: Vec<Found> = arcs
+                .iter()
+                .map(|arc| Found {
+                    arc: **arc,
+                    distance: Some(distance(arc, place)),
+                    late: None,
+                })
+                .collect();
+            near.sort_by(|a, b| f64::total_cmp(&key(a), &key(b)));
+            let near = answered(near, names)?;
+            return match near.first().filter(|best| key(best) > reach(&arcs)) {
+                Some(best) => Err(far_away(place, best, &arcs, &sonars)),
+                None => Ok(near),
+            };
+        }
+        let [(id, sonar)] = sonars.as_slice() else {
+            return Err(QuestionError::WhichSonar { sonars: names() });
+        };
+        match self.which {
+            Which::Frame(frame) => match arcs.iter().find(|arc| arc.id.frame == frame) {
+                Some(arc) => Ok(vec![found(arc)]),
+                None => Err(no_arc(watch, *id, sonar, frame)),
+            },
+            Which::Time(seconds) => {
+                let source = setting.source;
+                let from = since(source.start_ns, origin_ns);
+                let to = since(source.end_ns, origin_ns);
+                // Times are typed to the millisecond at most.
+                if seconds < from - 1e-3 || seconds > to + 1e-3 {
+                    return Err(QuestionError::OutsideTime { seconds, from, to });
+                }
+                let late = |arc: &Arc| since(arc.stamp_ns, origin_ns) - seconds;
+                arcs.sort_by(|a, b| late(a).abs().total_cmp(&late(b).abs()));
+                let nearest = arcs.first().map(|arc| Found {
+                    late: Some(late(arc)),
+                    ..found(arc)
+                });
+                answered(nearest.into_iter().collect(), names)
+            }
+            Which::Place(_) => Ok(Vec::new()),
+        }
+    }
+}
+
+fn key(found: &Found) -> f64 {
+    found.distance.unwrap_or_default()
+}
+
+/// The longest echo, metres.
+fn reach(arcs: &[&Arc]) -> f64 {
+    arcs.iter().map(|arc| arc.range).fold(0.0, f64::max)
+}
+
+fn far_away(
+    place: Vec2,
+    best: &Found,
+    arcs: &[&Arc],
+    sonars: &[(SonarId, &Sonar)],
+) -> QuestionError {
+    let id = best.arc.id;
+    let sonar = sonars.iter().find(|(sonar, _)| *sonar == id.sonar);
+    let center = best.arc.center();
+    let (low, high) = arcs.iter().fold((center, center), |(low, high), arc| {
+        (low.inf(&arc.center()), high.sup(&arc.center()))
+    });
+    let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
+    QuestionError::FarAway {
+        x: place.x,
+        y: place.y,
+        sonar: sonar.map_or_else(String::new, |(_, sonar)| sonar.name.clone()),
+        frame: id.frame,
+        distance: key(best),
+        reach: reach(arcs),
+        low: typed(low),
+        high: typed(high),
+    }
+}
+
+fn answered(
+    found: Vec<Found>,
+    names: impl FnOnce() -> Vec<String>,
+) -> Result<Vec<Found>, QuestionError> {
+    if found.is_empty() {
+        return Err(QuestionError::NoEcho { sonars: names() });
+    }
+    Ok(found)
+}
+
+/// Seconds from `origin_ns` to a stamp.
+pub fn since(stamp_ns: i64, origin_ns: i64) -> f64 {
+    stamp_ns.saturating_sub(origin_ns) as f64 * 1e-9
+}
+
+/// The sonars with such names that have entries.
+///
+/// # Errors
+/// When there is none.
+pub fn sonars<'a>(
+    globs: &[String],
+    watch: &Watch,
+    setting: &Setting<'a>,
+) -> Result<Vec<(SonarId, &'a Sonar)>, QuestionError> {
+    let names = glob_set(globs)?;
+    let seen = || {
+        let ids = watch.sequences.keys();
+        ids.filter_map(|id| Some((*id, setting.sonars.get(id.index())?)))
+    };
+    let matching: Vec<_> = seen()
+        .filter(|(_, sonar)| {
+            globs.is_empty() || names.is_match(&sonar.name) || globs.contains(&sonar.name)
+        })
+        .collect();
+    if matching.is_empty() {
+        return Err(QuestionError::NoSuchSonar {
+            asked: globs.to_vec(),
+            sonars: seen().map(|(_, sonar)| sonar.name.clone()).collect(),
+        });
+    }
+    Ok(matching)
+}
+
+/// How far a place lies from the nearest point of an arc, metres.
+fn distance(arc: &Arc, place: Vec2) -> f64 {
+    let away = place - arc.center();
+    if arc.beam_holds(crate::core::geometry::direction(away)) {
+        return (away.norm() - arc.range).abs();
+    }
+    let yaw = arc.world_from_sensor.yaw;
+    let ends = [yaw - arc.beam_width / 2.0, yaw + arc.beam_width / 2.0];
+    let ends = ends.map(|bearing| (away - unit(bearing) * arc.range).norm());
+    ends.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+fn no_arc(watch: &Watch, id: SonarId, sonar: &Sonar, frame: u32) -> QuestionError {
+    if frame >= watch.frames {
+        return QuestionError::NoSuchFrame {
+            frame,
+            last: watch.frames.saturating_sub(1),
+        };
+    }
+    let sequence = watch.sequence(id);
+    let fired = sequence.iter().any(|given| given.frame == frame);
+    let arcs = || sequence.iter().filter(|given| given.arc.is_some());
+    let before = arcs().rfind(|given| given.frame < frame);
+    let after = arcs().find(|given| given.frame > frame);
+    let near = match (before, after) {
+        (None, None) => "; it gave no echo in the whole replay".to_owned(),
+        (Some(one), None) | (None, Some(one)) => {
+            format!("; its nearest arc is in frame {}", one.frame)
+        }
+        (Some(before), Some(after)) => {
+            format!(
+                "; its nearest arcs are in frames {} and {}",
+                before.frame, after.frame
+            )
+        }
+    };
+    QuestionError::NoArc {
+        sonar: sonar.name.clone(),
+        frame,
+        why: if fired {
+            "nothing echoed"
+        } else {
+            "it did not fire, or its reading could not be used"
+        },
+        near,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::geometry::Pose2;
+    use crate::core::tmam::arc::ArcId;
+
+    #[test]
+    fn an_arc_ends_where_its_beam_does() {
+        let arc = Arc {
+            id: ArcId {
+                frame: 0,
+                sonar: SonarId(0),
+            },
+            stamp_ns: 0,
+            world_from_sensor: Pose2::new(1.0, 0.0, 0.0),
+            range: 2.0,
+            beam_width: 0.4,
+            variance: 1e-4,
+        };
+        let on_axis = distance(&arc, Vec2::new(3.25, 0.0));
+        assert!((on_axis - 0.25).abs() < 1e-12, "{on_axis}");
+        // Behind the sensor, on the circle but not on the arc.
+        let behind = distance(&arc, Vec2::new(-1.0, 0.0));
+        assert!(behind > 3.9, "{behind}");
+    }
+}

@@ -1,0 +1,275 @@
+//! What each sonar is and what came back to it.
+
+use serde::Serialize;
+
+use super::resolution::{Resolution, resolution};
+use super::statistics::{fraction, median, rate};
+use crate::core::config::Config;
+use crate::core::event::{Events, RangeReading, Return, Sonar, SonarId};
+use crate::core::geometry::{Pose2, Vec2};
+use crate::core::odometry::Track;
+use crate::core::rounding::{number, optional};
+
+/// A sensor that moved less than this between two readings stood still, metres.
+const STILL: f64 = 1e-3;
+
+/// One sonar.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SonarFacts {
+    /// Its name.
+    pub name: String,
+    /// The topic its readings came on.
+    pub topic: String,
+    /// Where it sits on the robot; `None` where that is not known.
+    pub mount: Option<MountFacts>,
+    /// Full opening angle of the beam, radians; `None` where that is not known.
+    #[serde(serialize_with = "optional")]
+    pub beam_width: Option<f64>,
+    /// Closest distance it can measure, metres.
+    #[serde(serialize_with = "number")]
+    pub min_range: f64,
+    /// Where "no echo" begins, metres; infinite (null) where there is no limit.
+    #[serde(serialize_with = "number")]
+    pub max_range: f64,
+    /// Whether beam width or limits change from reading to reading; the first ones are given here.
+    pub varies: bool,
+    /// Its readings.
+    pub readings: u64,
+    /// Echoes among them.
+    pub echoes: u64,
+    /// Readings in which nothing echoed.
+    pub no_echoes: u64,
+    /// Readings that mean nothing: NaN, minus infinity, below `min_range`.
+    pub invalid: u64,
+    /// Stamp of the first reading, nanoseconds.
+    pub first_ns: i64,
+    /// Stamp of the last reading, nanoseconds.
+    pub last_ns: i64,
+    /// Readings per second.
+    #[serde(serialize_with = "optional")]
+    pub rate: Option<f64>,
+    /// The shortest echo, metres.
+    #[serde(serialize_with = "optional")]
+    pub shortest: Option<f64>,
+    /// The echo in the middle, metres.
+    #[serde(serialize_with = "optional")]
+    pub median: Option<f64>,
+    /// The longest echo, metres.
+    #[serde(serialize_with = "optional")]
+    pub longest: Option<f64>,
+    /// How finely it tells ranges apart.
+    pub resolution: Option<Resolution>,
+    /// Echoes whose sensor moved by more than the resolution since the echo before.
+    pub moved: u64,
+    /// Those among them that are the echo before, bit by bit.
+    pub repeats: u64,
+    /// Way of the sensor from one reading to the next while it moves, in the middle of all, metres.
+    #[serde(serialize_with = "optional")]
+    pub baseline: Option<f64>,
+    /// How far its ranges scatter while it passes walls, standard deviation, metres.
+    #[serde(serialize_with = "optional")]
+    pub scatter: Option<f64>,
+    /// Neighbouring readings that lie farther apart than `sequence` allows.
+    pub too_far_apart: u64,
+}
+
+/// Where a sonar sits on the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MountFacts {
+    /// Metres.
+    #[serde(serialize_with = "number")]
+    pub x: f64,
+    /// Metres.
+    #[serde(serialize_with = "number")]
+    pub y: f64,
+    /// Direction of the beam axis, radians.
+    #[serde(serialize_with = "number")]
+    pub yaw: f64,
+}
+
+impl SonarFacts {
+    /// Share of the moved echoes that repeat the one before.
+    pub fn repeated(&self) -> f64 {
+        fraction(self.repeats, self.moved)
+    }
+}
+
+/// A reading and where its sensor was.
+type Placed<'a> = (&'a RangeReading, Option<Vec2>);
+
+/// The facts of every sonar, in the order of [`Events::sonars`].
+pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
+    let track =
+        Track::new(&events.odometry, &config.frames).with_range_delay(config.input.range_delay);
+    let mut placed: Vec<Vec<Placed<'_>>> = vec![Vec::new(); events.sonars.len()];
+    for reading in &events.readings {
+        let RangeReading {
+            sonar: SonarId(_), ..
+        } = reading;
+        let index = reading.sonar.index();
+        if let (Some(sonar), Some(list)) = (events.sonars.get(index), placed.get_mut(index)) {
+            let robot = track.world_from_robot_at(reading).ok();
+            let at = robot.map(|robot: Pose2| robot.transform(sonar.robot_from_sensor.position()));
+            list.push((reading, at));
+        }
+    }
+    events
+        .sonars
+        .iter()
+        .zip(&placed)
+        .filter_map(|(sonar, readings)| facts(sonar, readings, config))
+        .collect()
+}
+
+fn facts(sonar: &Sonar, readings: &[Placed<'_>], config: &Config) -> Option<SonarFacts> {
+    let ((first, _), (last, _)) = (readings.first()?, readings.last()?);
+    let count = |kind| {
+        readings
+            .iter()
+            .filter(|(r, _)| r.classify() == kind)
+            .count() as u64
+    };
+    let mut echoes: Vec<f64> = readings
+        .iter()
+        .filter(|(r, _)| r.classify() == Return::Echo)
+        .map(|(r, _)| r.range)
+        .collect();
+    echoes.sort_by(f64::total_cmp);
+    let resolution = resolution(&echoes);
+    let (moved, repeats) = repeats(readings, resolution.map_or(0.0, |r| r.step));
+    let mount = sonar.robot_from_sensor;
+    let said = |r: &RangeReading| [r.beam_width, r.min_range, r.max_range].map(f64::to_bits);
+    Some(SonarFacts {
+        name: sonar.name.clone(),
+        topic: sonar.topic.clone(),
+        mount: Some(MountFacts {
+            x: mount.x,
+            y: mount.y,
+            yaw: mount.yaw,
+        }),
+        beam_width: Some(first.beam_width),
+        min_range: first.min_range,
+        max_range: first.max_range,
+        varies: readings.iter().any(|(r, _)| said(r) != said(first)),
+        readings: readings.len() as u64,
+        echoes: count(Return::Echo),
+        no_echoes: count(Return::NoEcho),
+        invalid: count(Return::Invalid),
+        first_ns: first.stamp_ns,
+        last_ns: last.stamp_ns,
+        rate: rate(readings.len(), first.stamp_ns, last.stamp_ns),
+        shortest: echoes.first().copied(),
+        median: median(&echoes),
+        longest: echoes.last().copied(),
+        resolution,
+        moved,
+        repeats,
+        baseline: baseline(readings),
+        scatter: None,
+        too_far_apart: too_far_apart(readings, config),
+    })
+}
+
+/// How far a sensor went between two readings.
+fn way(a: Option<Vec2>, b: Option<Vec2>) -> Option<f64> {
+    Some((b? - a?).norm())
+}
+
+/// Echoes of a sensor that moved since the echo before, and those that are that echo again.
+fn repeats(readings: &[Placed<'_>], resolution: f64) -> (u64, u64) {
+    let echoes: Vec<&Placed<'_>> = readings
+        .iter()
+        .filter(|(r, _)| r.classify() == Return::Echo)
+        .collect();
+    let farther = resolution.max(STILL);
+    let mut counts = (0, 0);
+    for [(a, from), (b, to)] in echoes.array_windows() {
+        if way(*from, *to).is_some_and(|way| way > farther) {
+            counts.0 += 1;
+            counts.1 += u64::from(a.range.to_bits() == b.range.to_bits());
+        }
+    }
+    counts
+}
+
+fn baseline(readings: &[Placed<'_>]) -> Option<f64> {
+    let mut ways: Vec<f64> = readings
+        .array_windows()
+        .filter_map(|[(_, from), (_, to)]| way(*from, *to))
+        .filter(|way| *way > STILL)
+        .collect();
+    ways.sort_by(f64::total_cmp);
+    median(&ways)
+}
+
+fn too_far_apart(readings: &[Placed<'_>], config: &Config) -> u64 {
+    let bounds = &config.sequence;
+    let apart = readings.array_windows().filter(|[(a, from), (b, to)]| {
+        let seconds = b.stamp_ns.saturating_sub(a.stamp_ns) as f64 * 1e-9;
+        seconds > bounds.max_gap || way(*from, *to).is_some_and(|way| way > bounds.max_baseline)
+    });
+    apart.count() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::event::OdometrySample;
+
+    /// A sonar on a robot that drives 0.1 m a second along x.
+    fn driven(ranges: &[f64]) -> SonarFacts {
+        let stamp = |k: usize| k as i64 * 1_000_000_000;
+        let events = Events {
+            sonars: vec![Sonar {
+                name: "s".into(),
+                topic: "/s".into(),
+                robot_from_sensor: Pose2::new(0.2, 0.0, 1.0),
+            }],
+            readings: ranges
+                .iter()
+                .enumerate()
+                .map(|(k, range)| RangeReading {
+                    stamp_ns: stamp(k),
+                    sonar: SonarId(0),
+                    range: *range,
+                    min_range: 0.1,
+                    max_range: 5.0,
+                    beam_width: 0.4,
+                    variance: 0.0,
+                })
+                .collect(),
+            odometry: (0..ranges.len())
+                .map(|k| OdometrySample {
+                    stamp_ns: stamp(k),
+                    world_from_robot: Pose2::new(0.1 * k as f64, 0.0, 0.0),
+                })
+                .collect(),
+        };
+        sonars(&events, &Config::default()).remove(0)
+    }
+
+    #[test]
+    fn what_came_back_is_counted() {
+        let facts = driven(&[1.0, f64::INFINITY, 2.0, f64::NAN, 3.0, 0.05]);
+        assert_eq!(
+            (facts.readings, facts.echoes, facts.no_echoes, facts.invalid),
+            (6, 3, 1, 2)
+        );
+        assert_eq!(
+            (facts.shortest, facts.median, facts.longest),
+            (Some(1.0), Some(2.0), Some(3.0))
+        );
+        assert!((facts.rate.unwrap() - 1.0).abs() < 1e-12);
+        assert!((facts.baseline.unwrap() - 0.1).abs() < 1e-12);
+        assert_eq!(facts.too_far_apart, 0);
+    }
+
+    #[test]
+    fn a_repeat_counts_only_when_the_sensor_moved_by_more_than_the_resolution() {
+        let facts = driven(&[1.0, 1.0, 1.05, 1.05, 2.0]);
+        assert_eq!((facts.moved, facts.repeats), (4, 2));
+        let coarse = driven(&[1.0, 1.0, 1.5, 1.5, 2.0]);
+        assert_eq!((coarse.moved, coarse.repeats), (0, 0));
+        assert_eq!(coarse.repeated(), 0.0);
+    }
+}

@@ -1,0 +1,103 @@
+//! A replay that writes nothing, to see what comes of a log.
+
+use super::motion::OdometryFacts;
+use crate::core::config::Config;
+use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::io::log::Log;
+
+/// What a replay came to.
+#[derive(Debug)]
+pub struct Trial {
+    /// The configuration it ran with: what the survey had, and what `refused` made necessary.
+    pub config: Config,
+    /// What it refused at first.
+    pub refused: Vec<ReplayError>,
+    /// What it came to; `None` where no configuration that could be thought of helped.
+    pub outcome: Option<Outcome>,
+}
+
+impl Trial {
+    /// No replay at all.
+    pub fn none(config: Config) -> Self {
+        Self {
+            config,
+            refused: Vec::new(),
+            outcome: None,
+        }
+    }
+
+    /// Replays a log, with other parameters where those of `config` do not fit it.
+    pub fn run(log: &Log, config: Config, odometry: Option<&OdometryFacts>) -> Self {
+        let mut trial = Self::none(config);
+        loop {
+            match replay(log, &trial.config) {
+                Ok(outcome) => {
+                    trial.outcome = Some(outcome);
+                    return trial;
+                }
+                Err(refusal) => {
+                    let mended = mend(&refusal, &trial.config, odometry);
+                    trial.refused.push(refusal);
+                    match mended {
+                        // Each mends one parameter for good, so that this ends.
+                        Some(config) if trial.refused.len() < 3 => trial.config = config,
+                        _ => return trial,
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn replay(log: &Log, config: &Config) -> Result<Outcome, ReplayError> {
+    Replay::new(log, config)?.run(&mut [])
+}
+
+fn mend(
+    refusal: &ReplayError,
+    config: &Config,
+    odometry: Option<&OdometryFacts>,
+) -> Option<Config> {
+    let mut config = config.clone();
+    match refusal {
+        ReplayError::GammaBeyondBeam { beam_width, .. } => {
+            config.triple.gamma = fitting_gamma(*beam_width);
+            Some(config)
+        }
+        ReplayError::NoFrames { .. } => {
+            config.frames.max_odometry_gap = wider_gap(odometry?, config.frames.max_odometry_gap)?;
+            Some(config)
+        }
+        _ => None,
+    }
+}
+
+/// A gate for the narrowest beam: half of it, in whole tenths of a degree where they suffice.
+fn fitting_gamma(beam_width: f64) -> f64 {
+    let half = beam_width / 2.0;
+    let tenths = libm::floor(half.to_degrees() * 10.0);
+    if tenths > 0.0 {
+        (tenths / 10.0).to_radians()
+    } else {
+        half
+    }
+}
+
+/// A gap that odometry as slow as this needs, in whole tenths of a second; `None` where the
+/// present one is wide enough for all but drop-outs.
+pub fn wider_gap(odometry: &OdometryFacts, present: f64) -> Option<f64> {
+    let usual = odometry.usual_interval.filter(|usual| *usual > present)?;
+    Some(libm::ceil(usual * 15.0) / 10.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_the_beam_in_whole_tenths() {
+        assert_eq!(fitting_gamma(7.5_f64.to_radians()), 3.7_f64.to_radians());
+        let narrow = fitting_gamma(1e-4);
+        assert!(narrow > 0.0 && narrow < 1e-4);
+    }
+}

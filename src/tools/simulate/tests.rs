@@ -1,0 +1,124 @@
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use super::*;
+use crate::io::log::container::{self, Channel, RawMessage, Unchecked};
+
+fn room(motion: Motion) -> Simulation {
+    Simulation {
+        world: World::room(),
+        path: Path::room(),
+        motion,
+        ring: Ring::default(),
+        range_noise: RangeNoise::default(),
+        odometry_noise: OdometryNoise::default(),
+        seed: 1,
+    }
+}
+
+fn bytes(simulation: &Simulation) -> Vec<u8> {
+    simulation
+        .write(Cursor::new(Vec::new()))
+        .unwrap()
+        .into_inner()
+}
+
+/// What is recorded on topics whose names begin so.
+fn messages(log: &[u8], topic: &str) -> Vec<Vec<u8>> {
+    let mut found = Vec::new();
+    let visit = &mut |channel: &Channel, message: RawMessage<'_>| {
+        if channel.topic.starts_with(topic) {
+            found.push(message.data.to_vec());
+        }
+    };
+    let losses = container::walk_in(Cursor::new(log), Unchecked::LeftOut, visit).unwrap();
+    assert!(losses.is_empty());
+    found
+}
+
+fn truths(log: &[u8]) -> Vec<ReadingTruth> {
+    let all = messages(log, "/truth").len();
+    let of_world = messages(log, "/truth/world").len();
+    let truths: Vec<ReadingTruth> = messages(log, "/truth")
+        .iter()
+        .filter_map(|data| serde_json::from_slice(data).ok())
+        .collect();
+    assert_eq!(truths.len() + of_world, all);
+    truths
+}
+
+/// The last 4 bytes but 4 of a `sensor_msgs/msg/Range` are its range.
+fn ranges(log: &[u8]) -> Vec<f32> {
+    let ranges = messages(log, "/sonar/").into_iter();
+    ranges
+        .map(|data| {
+            let (_, tail) = data.split_last_chunk::<8>().unwrap();
+            f32::from_le_bytes(tail[..4].try_into().unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn without_noise_every_range_is_the_truth() {
+    for motion in [
+        Motion::Stepwise(Stepwise::default()),
+        Motion::Driving(Driving::default()),
+    ] {
+        let log = bytes(&room(motion));
+        let (truths, ranges) = (truths(&log), ranges(&log));
+        assert_eq!(truths.len(), ranges.len());
+        for (truth, range) in truths.iter().zip(ranges) {
+            match truth.range {
+                Some(expected) => assert!((f64::from(range) - expected).abs() < 1e-6),
+                None => assert_eq!(range, f32::INFINITY),
+            }
+            assert!(!truth.outlier);
+        }
+    }
+}
+
+#[test]
+fn the_room_loop_sees_every_wall_and_corner() {
+    for motion in [
+        Motion::Stepwise(Stepwise::default()),
+        Motion::Driving(Driving::default()),
+    ] {
+        let mut seen = BTreeMap::new();
+        for truth in truths(&bytes(&room(motion))) {
+            if let Some(reflector) = truth.reflector() {
+                *seen.entry(format!("{reflector:?}")).or_insert(0) += 1;
+            }
+        }
+        assert_eq!(seen.len(), 12, "{seen:?}");
+        assert!(seen.values().all(|count| *count >= 10), "{seen:?}");
+    }
+}
+
+#[test]
+fn the_log_brings_its_world_along() {
+    let log = bytes(&room(Motion::Stepwise(Stepwise::default())));
+    let worlds: Vec<World> = messages(&log, "/truth/world")
+        .iter()
+        .map(|data| serde_json::from_slice(data).unwrap())
+        .collect();
+    assert_eq!(worlds, [World::room()]);
+}
+
+#[test]
+fn equal_parameters_give_equal_bytes_and_seeds_matter() {
+    let mut simulation = room(Motion::Stepwise(Stepwise::default()));
+    simulation.range_noise.sigma = 0.003;
+    let first = bytes(&simulation);
+    assert_eq!(first, bytes(&simulation));
+    simulation.seed = 2;
+    assert_ne!(first, bytes(&simulation));
+}
+
+#[test]
+fn odometry_noise_leaves_the_readings_alone() {
+    let mut simulation = room(Motion::Driving(Driving::default()));
+    simulation.range_noise.sigma = 0.003;
+    let perfect = ranges(&bytes(&simulation));
+    simulation.odometry_noise.heading = 0.01;
+    assert_eq!(perfect, ranges(&bytes(&simulation)));
+}

@@ -1,0 +1,176 @@
+//! What a replay is worth, with and without the truth.
+//!
+//! Without it a replay is judged by how well its own map explains its readings: a wrong mount or a
+//! late clock puts readings beside the walls that other readings made. A map can be bought with
+//! more walls, so these have their price: [`Score::bits`] is what it takes to write down a reading
+//! to the millimetre when the map is known, the map itself included.
+
+use std::f64::consts::{LOG2_E, TAU};
+
+use crate::core::frames::Frame;
+use crate::core::observer::{Observer, ObserverError};
+use crate::core::replay::Outcome;
+use crate::core::tmam::feature::{Action, Kind, Status};
+use crate::core::tmam::prediction::MapPrediction;
+use crate::core::tmam::step::Step;
+use crate::tools::evaluate::Evaluation;
+
+/// To what a reading is written down, metres.
+const PRECISION: f64 = 1e-3;
+/// Over what a reading that the map does not explain can lie, metres.
+const SPAN: f64 = 10.0;
+/// What a feature costs, in unexplained readings: it has two parameters.
+const FEATURE: f64 = 2.0;
+
+/// What a replay is worth.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Score {
+    /// Frames opened.
+    pub frames: u64,
+    /// Arcs decided.
+    pub arcs: u64,
+    /// Arcs labelled contact.
+    pub contact: u64,
+    /// Arcs labelled intersection.
+    pub intersection: u64,
+    /// Labels that the readings contradict.
+    pub suspects: u64,
+    /// Confirmed lines of the map.
+    pub lines: u64,
+    /// Confirmed points of the map.
+    pub points: u64,
+    /// Root mean square of what the fits of single runs leave, metres; `None` without a run.
+    pub rms: Option<f64>,
+    /// Arcs that the noise-aware map explains.
+    pub explained: u64,
+    /// Mean square of their misfits in standard deviations.
+    pub chi2: Option<f64>,
+    /// Bits that an arc takes, given the noise-aware map, and that the map takes per arc.
+    pub bits: Option<f64>,
+    /// Against the truth.
+    pub truth: Option<TruthScore>,
+}
+
+/// What a replay is worth where the truth is known.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TruthScore {
+    /// Wrong labels.
+    pub wrong: u64,
+    /// Walls and points that the confirmed map lacks.
+    pub missed: u64,
+    /// Confirmed features that are no wall and no point.
+    pub spurious: u64,
+    /// Confirmed features of a wall or point that has a better one.
+    pub twice: u64,
+}
+
+impl TruthScore {
+    /// From an evaluation.
+    pub fn new(evaluation: &Evaluation) -> Self {
+        let kinds = [&evaluation.confirmed.lines, &evaluation.confirmed.points];
+        let sum = |of: fn(&crate::tools::evaluate::map::KindScore) -> usize| {
+            kinds.iter().map(|kind| of(kind) as u64).sum()
+        };
+        Self {
+            wrong: evaluation.labels.wrong_labels(),
+            missed: sum(|kind| kind.missed.len()),
+            spurious: sum(|kind| kind.spurious.len()),
+            twice: sum(|kind| kind.duplicates.len()),
+        }
+    }
+
+    /// What is wrong with the confirmed map; 0 for an exact one.
+    pub fn map_errors(&self) -> u64 {
+        self.missed + self.spurious + self.twice
+    }
+}
+
+impl Score {
+    /// Labels given.
+    pub fn labelled(&self) -> u64 {
+        self.contact + self.intersection
+    }
+}
+
+/// Watches a replay and holds its arcs against the noise-aware map.
+#[derive(Debug)]
+pub struct Watcher<'w> {
+    prediction: &'w MapPrediction,
+    arcs: u64,
+    explained: u64,
+    chi2: f64,
+    bits: f64,
+}
+
+impl<'w> Watcher<'w> {
+    /// One that has seen nothing yet.
+    pub fn new(prediction: &'w MapPrediction) -> Self {
+        Self {
+            prediction,
+            arcs: 0,
+            explained: 0,
+            chi2: 0.0,
+            bits: 0.0,
+        }
+    }
+
+    fn take(&mut self, step: &Step) {
+        let unexplained = libm::log2(SPAN / PRECISION);
+        for arc in &step.arcs {
+            self.arcs += 1;
+            let bits = self.prediction.fit(arc).map_or(unexplained, |fit| {
+                self.explained += 1;
+                self.chi2 += fit.chi2();
+                let width = (TAU * fit.variance).sqrt() / PRECISION;
+                libm::log2(width) + fit.chi2() / 2.0 * LOG2_E
+            });
+            self.bits += bits.clamp(0.0, unexplained);
+        }
+    }
+
+    /// The score of the replay that was watched to its end.
+    pub fn score(&self, outcome: &Outcome) -> Score {
+        let map = self.prediction.features() as f64 * FEATURE * libm::log2(SPAN / PRECISION);
+        let mean = |sum: f64, count: u64| (count > 0).then(|| sum / count as f64);
+        let confirmed = |kind| {
+            let features = outcome.map.iter();
+            let of_kind =
+                features.filter(|f| f.status == Status::Confirmed && f.shape.kind() == kind);
+            of_kind.count() as u64
+        };
+        let (mut squares, mut readings) = (0.0, 0);
+        for run in &outcome.extractions {
+            if !matches!(run.action, Action::Rejected(_)) {
+                let count = run.associated.len();
+                squares += run.residual_rms * run.residual_rms * count as f64;
+                readings += count as u64;
+            }
+        }
+        Score {
+            frames: outcome.frames.into(),
+            arcs: self.arcs,
+            contact: outcome.labelled("contact"),
+            intersection: outcome.labelled("intersection"),
+            suspects: outcome.suspects,
+            lines: confirmed(Kind::Line),
+            points: confirmed(Kind::Point),
+            rms: mean(squares, readings).map(f64::sqrt),
+            explained: self.explained,
+            chi2: mean(self.chi2, self.explained),
+            bits: mean(self.bits + map, self.arcs),
+            truth: None,
+        }
+    }
+}
+
+impl Observer for Watcher<'_> {
+    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), ObserverError> {
+        self.take(step);
+        Ok(())
+    }
+
+    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
+        self.take(step);
+        Ok(())
+    }
+}
