@@ -4,9 +4,10 @@ use std::path::Path;
 
 use crate::cli::error::Error;
 use crate::core::config::Config;
+use crate::core::log::Log;
 use crate::core::observer::Observer;
 use crate::core::replay::Replay;
-use crate::io::log::{self, Log};
+use crate::io::log;
 use crate::tools::golden::{Collector, LogInfo, RangeNoise, Results};
 
 /// A log and what its replay gave.
