@@ -8,9 +8,10 @@ use super::file::LogInfo;
 use super::range_noise::RangeNoise;
 use super::results::Results;
 use crate::core::config::Config;
+use crate::core::log::Log;
 use crate::core::observer::Observer;
 use crate::core::replay::Replay;
-use crate::io::log::{self, Log};
+use crate::io::log;
 
 /// A log and what its replay gave.
 #[derive(Debug)]
