@@ -24,5 +24,6 @@ mod reference;
 mod replay;
 mod room;
 mod sample_logs;
+mod snapshots;
 mod study;
 mod sweep;
