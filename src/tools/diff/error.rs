@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::io::schema::Relation;
 use crate::observe::features;
-use crate::observe::recording::CarriedError;
+use crate::observe::carried::CarriedError;
 
 /// Why there is nothing to compare.
 #[derive(Debug, thiserror::Error)]

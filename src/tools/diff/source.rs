@@ -8,7 +8,7 @@ use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 use crate::observe::features;
-use crate::observe::recording::Carried;
+use crate::observe::recording::read_carried;
 use crate::tools::golden::{FeaturesFile, Golden, SCHEMA as GOLDEN, read_labels, unrecorded};
 
 /// One of the two arguments, looked at but not replayed.
@@ -61,7 +61,7 @@ fn recorded(path: &Path) -> Result<Side, Error> {
         path: path.to_owned(),
         source,
     };
-    let carried = Carried::read(path).map_err(unfit)?;
+    let carried = read_carried(path).map_err(unfit)?;
     let mut side = results(path, carried.features.as_bytes())?;
     side.kind = Kind::Recording;
     if let Some(text) = carried.labels {
