@@ -5,14 +5,16 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use super::simulate::read_world;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log;
 use crate::io::outputs::{Requested, Written};
-use crate::observe::recording::{Evaluated, Recording};
+use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::carried::carried;
+use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Truth, evaluate, json, text};
 use crate::tools::golden::{Collector, LogInfo};
@@ -59,7 +61,7 @@ const NO_FIT: &str = "warning: hardly a range agrees with the world; is it in th
 of this place?\n";
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
@@ -77,12 +79,8 @@ impl Args {
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {
             if let Some(out) = &mut outputs.recording {
-                let evaluated = Evaluated {
-                    truth: &truth,
-                    evaluation: &evaluation,
-                    map: &outcome.map,
-                };
-                let mut recording = Recording::of_evaluated(out, setting, evaluated)?;
+                let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
+                let mut recording = Recording::new(Some(out), None, setting, overlay)?;
                 let mut collector = Collector::new(setting.sonars);
                 replay.run(&mut [&mut recording, &mut collector])?;
                 let labels = collector.finish(&outcome).labels.unwrap_or_default();
@@ -111,6 +109,6 @@ impl Args {
             let _ = io::stderr().write_all(NO_FIT.as_bytes());
         }
         let judged = setting.source.complete && evaluation.labels.given() > 0 && fits;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 }

@@ -10,14 +10,14 @@ use crate::core::config::{Config, Rule, SIGMA_UNKNOWN, Triple};
 use crate::core::event::RangeReading;
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::Vec2;
+use crate::core::log::Log;
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::observer::{Observer, ObserverError, Setting, Source};
 use crate::core::odometry::Track;
+use crate::core::pattern::glob_set;
 use crate::core::tmam::Tmam;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::prediction::{MapPrediction, Reach};
-use crate::io::config::file::glob_set;
-use crate::io::log::Log;
 use outcome::associated;
 
 /// A log made ready.

@@ -8,16 +8,15 @@ use std::path::PathBuf;
 
 use crate::core::config::Rule;
 use crate::core::legible::legible;
+use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::tmam::feature::{Action, Kind, MapFeature, Status};
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
-use crate::io::log::{Log, itemised};
-
-/// The viewer that reads the recordings.
-pub const VIEWER_VERSION: &str = "0.36.3";
+use crate::io::log::itemised;
+use crate::observe::viewer::VERSION;
 
 /// What a replay came to, the files it wrote and how to open them.
 ///
@@ -44,7 +43,7 @@ pub fn written(files: &[PathBuf]) -> String {
         if path.extension().is_some_and(|extension| extension == "rrd") {
             let _ = writeln!(
                 text,
-                "open with  rerun {}    (viewer {VIEWER_VERSION}: pip install rerun-sdk=={VIEWER_VERSION})",
+                "open with  rerun {}    (viewer {VERSION}: pip install rerun-sdk=={VERSION})",
                 path.display()
             );
         }

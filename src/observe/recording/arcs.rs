@@ -13,10 +13,17 @@ use crate::observe::viewer::Error;
 pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let (origin, at) = (canvas.origin, held.moment);
     let cells = held.cells.iter();
-    let decided = || cells.clone().filter_map(|cell| Some((cell.arc?, cell.verdict?)));
+    let decided = || {
+        cells
+            .clone()
+            .filter_map(|cell| Some((cell.arc?, cell.verdict?)))
+    };
     let arcs = decided().map(|(arc, verdict)| Strip {
         class: style::class(verdict.label),
-        ..Strip::named(origin.sweep(&arc), story(canvas.sonar(arc.id.sonar), &verdict))
+        ..Strip::named(
+            origin.sweep(&arc),
+            story(canvas.sonar(arc.id.sonar), &verdict),
+        )
     });
     let arcs = Row::Strips(arcs.collect());
     canvas.row(Entity::Arcs, at, arcs)?;

@@ -23,8 +23,8 @@ use rerun::external::uuid::Uuid;
 
 use super::canvas::Canvas;
 use super::extent::Bounds;
-pub use writer::{FIRST_UUID, Part, Writer};
 use crate::observe::viewer::Error;
+pub use writer::{FIRST_UUID, Part, Writer};
 
 /// What the layout depends on.
 pub struct Layout {

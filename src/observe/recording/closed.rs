@@ -77,11 +77,17 @@ impl Closed {
         if empty && !shown {
             return Ok(());
         }
-        let arcs = now.iter().flat_map(|one| one.arcs.iter().map(move |arc| one.mark(arc)));
+        let arcs = now
+            .iter()
+            .flat_map(|one| one.arcs.iter().map(move |arc| one.mark(arc)));
         canvas.row(Entity::ClosedArcs, at, Row::Strips(arcs.collect()))?;
-        let lines = now.iter().filter_map(|one| Some(one.mark(one.line.as_ref()?)));
+        let lines = now
+            .iter()
+            .filter_map(|one| Some(one.mark(one.line.as_ref()?)));
         canvas.row(Entity::ClosedLines, at, Row::Strips(lines.collect()))?;
-        let points = now.iter().filter_map(|one| Some(one.mark(one.point.as_ref()?)));
+        let points = now
+            .iter()
+            .filter_map(|one| Some(one.mark(one.point.as_ref()?)));
         canvas.row(Entity::ClosedPoints, at, Row::Dots(points.collect()))
     }
 }
@@ -93,7 +99,10 @@ impl Drawn {
 
     fn mark<P: Clone>(&self, at: &P) -> Mark<P> {
         let color = Some(self.color);
-        Mark { color, ..Mark::named(at.clone(), self.name.clone()) }
+        Mark {
+            color,
+            ..Mark::named(at.clone(), self.name.clone())
+        }
     }
 }
 

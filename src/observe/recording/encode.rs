@@ -9,9 +9,9 @@ use std::io::Write;
 
 use rerun::external::arrow::datatypes::Schema;
 use rerun::external::re_log_encoding::{
-    CodecError, Compression, CrateVersion, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC,
-    RawRrdManifest, RrdFooter, RrdManifestBuilder, Serializer, StreamFooter, StreamHeader,
-    ToTransport,
+    CodecError, Compression, CrateVersion, Encodable, EncodingOptions, MessageHeader, MessageKind,
+    RRD_FOURCC, RawRrdManifest, RrdFooter, RrdManifestBuilder, Serializer, StreamFooter,
+    StreamHeader, ToTransport,
 };
 use rerun::external::re_log_types::external::re_tuid::Tuid;
 use rerun::external::re_log_types::{

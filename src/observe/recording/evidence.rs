@@ -41,9 +41,8 @@ impl Known {
 
 /// A column for every piece of evidence.
 pub fn batches(arcs: &[Known]) -> Vec<SerializedComponentBatch> {
-    let column = |name: &str, array: ArrayRef| {
-        SerializedComponentBatch::new(array, descriptor(name))
-    };
+    let column =
+        |name: &str, array: ArrayRef| SerializedComponentBatch::new(array, descriptor(name));
     let word = |name, of: fn(&Known) -> Option<&str>| {
         let words: StringArray = arcs.iter().map(of).collect();
         column(name, Shared::new(words))
@@ -62,7 +61,9 @@ pub fn batches(arcs: &[Known]) -> Vec<SerializedComponentBatch> {
     vec![
         word("sensor", |arc| Some(&arc.sensor)),
         word("label", |arc| Some(arc.report.verdict.label.name())),
-        word("reason", |arc| Some(arc.report.verdict.label.reason()?.name())),
+        word("reason", |arc| {
+            Some(arc.report.verdict.label.reason()?.name())
+        }),
         number("theta_c", |arc| Some(arc.evidence()?.angles.theta_c)),
         number("theta_c_sigma", |arc| arc.evidence()?.spread.theta_c),
         number("theta_i", |arc| Some(arc.evidence()?.angles.theta_i)),

@@ -62,7 +62,9 @@ fn groups(grid: &Grid) -> Vec<Group> {
     if let [axis] = grid.axes.as_slice() {
         return vec![Group {
             name: axis.short.clone(),
-            pictures: columns.filter_map(|column| curve::draw(grid, column)).collect(),
+            pictures: columns
+                .filter_map(|column| curve::draw(grid, column))
+                .collect(),
         }];
     }
     let mut groups = Vec::new();

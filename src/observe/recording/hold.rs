@@ -41,7 +41,9 @@ impl Held {
         let sonars = frame.entries.iter().map(|entry| entry.sonar);
         Self {
             moment,
-            cells: sonars.map(|sonar| Cell::new(sonar, arc_of(sonar))).collect(),
+            cells: sonars
+                .map(|sonar| Cell::new(sonar, arc_of(sonar)))
+                .collect(),
         }
     }
 

@@ -93,9 +93,18 @@ impl Map {
                 Shape::Line(segment) => band(segment),
                 Shape::Point(point) => ellipse(point),
             };
-            Strip::from(outline.into_iter().map(|at| origin.xy(at)).collect::<Vec<_>>())
+            Strip::from(
+                outline
+                    .into_iter()
+                    .map(|at| origin.xy(at))
+                    .collect::<Vec<_>>(),
+            )
         });
-        canvas.row(Entity::MapCovariance(page), at, Row::Strips(outlines.collect()))
+        canvas.row(
+            Entity::MapCovariance(page),
+            at,
+            Row::Strips(outlines.collect()),
+        )
     }
 
     /// How many confirmed lines, confirmed points and tentative features the map has.

@@ -17,16 +17,30 @@ use crate::observe::viewer::Error;
 const PLOTS: [(Entity, fn(&Evidence) -> f64); 4] = [
     (Entity::ThetaC, |evidence| evidence.angles.theta_c),
     (Entity::ThetaI, |evidence| evidence.angles.theta_i),
-    (Entity::Chi2Line, |evidence| finite(evidence.opinion.chi2_line)),
-    (Entity::Chi2Point, |evidence| finite(evidence.opinion.chi2_point)),
+    (Entity::Chi2Line, |evidence| {
+        finite(evidence.opinion.chi2_line)
+    }),
+    (Entity::Chi2Point, |evidence| {
+        finite(evidence.opinion.chi2_point)
+    }),
 ];
 
 /// Labels as dots on the lane of their sonar: contact lies above the lane's middle and unidentified
 /// below it, so that none hides another where the run is long.
 const DOTS: [(Entity, &str, f64, Color); 3] = [
     (Entity::ContactDots, "contact", 0.2, style::CONTACT),
-    (Entity::IntersectionDots, "intersection", 0.0, style::INTERSECTION),
-    (Entity::UnidentifiedDots, "unidentified", -0.2, style::UNIDENTIFIED),
+    (
+        Entity::IntersectionDots,
+        "intersection",
+        0.0,
+        style::INTERSECTION,
+    ),
+    (
+        Entity::UnidentifiedDots,
+        "unidentified",
+        -0.2,
+        style::UNIDENTIFIED,
+    ),
 ];
 
 /// Plots a decided frame.
@@ -78,7 +92,11 @@ pub struct Limits {
 
 /// How the plots look.
 pub fn put_styles(limits: Limits, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    let names: Vec<Name> = canvas.sonars.iter().map(|s| s.name.as_str().into()).collect();
+    let names: Vec<Name> = canvas
+        .sonars
+        .iter()
+        .map(|s| s.name.as_str().into())
+        .collect();
     let sonars = names.len();
     let look = SeriesPoints::update_fields()
         .with_names(names.clone())
@@ -88,7 +106,10 @@ pub fn put_styles(limits: Limits, canvas: &mut Canvas<'_>) -> Result<(), Error> 
         canvas.put_on(entity, &look)?;
     }
     for (entity, name) in [
-        (Entity::Gamma, format!("gamma {:.1} deg", limits.gamma.to_degrees())),
+        (
+            Entity::Gamma,
+            format!("gamma {:.1} deg", limits.gamma.to_degrees()),
+        ),
         (Entity::Gate, format!("gate {}", limits.gate)),
     ] {
         let look = SeriesLines::update_fields()

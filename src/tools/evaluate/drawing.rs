@@ -34,7 +34,10 @@ pub fn overlay(
         missed: missed.filter_map(sketched).collect(),
         wrong: wrong(setting, evaluation),
         errors: errors(truth, evaluation, map),
-        spurious: map.iter().filter_map(|feature| spurious(feature, lines, dots)).collect(),
+        spurious: map
+            .iter()
+            .filter_map(|feature| spurious(feature, lines, dots))
+            .collect(),
     };
     Overlay {
         truth: Some(truth),
@@ -57,17 +60,27 @@ fn sketched(truth: &Truth, reflector: Reflector) -> Option<Sketched> {
             let wall = truth.world().walls().get(index)?;
             ("wall", index, [wall.start, wall.end], false)
         }
-        Reflector::Point(index) => {
-            ("point", index, [*truth.world().points().get(index)?; 2], true)
-        }
+        Reflector::Point(index) => (
+            "point",
+            index,
+            [*truth.world().points().get(index)?; 2],
+            true,
+        ),
     };
     let echoes = counted(truth.echoes(reflector), "echo");
     let name = format!("{kind} {index} ({echoes})");
-    Some(Sketched { ends, is_point, name })
+    Some(Sketched {
+        ends,
+        is_point,
+        name,
+    })
 }
 
 fn wrong(setting: &Setting<'_>, evaluation: &Evaluation) -> BTreeMap<(u32, String), String> {
-    let wrong = evaluation.arcs.iter().filter(|arc| arc.is_right() == Some(false));
+    let wrong = evaluation
+        .arcs
+        .iter()
+        .filter(|arc| arc.is_right() == Some(false));
     let told = wrong.filter_map(|arc| {
         let echoed = match arc.target {
             Target::Reflector(Reflector::Line(index)) => format!("wall {index} echoed"),
@@ -121,5 +134,9 @@ fn spurious(feature: &MapFeature, lines: &KindScore, points: &KindScore) -> Opti
         None => return None,
     };
     let name = format!("{} {}: {why}", feature.shape.kind().name(), feature.id);
-    Some(Sketched { ends, is_point, name })
+    Some(Sketched {
+        ends,
+        is_point,
+        name,
+    })
 }

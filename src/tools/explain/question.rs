@@ -5,8 +5,8 @@ mod error;
 use crate::core::event::{Sonar, SonarId};
 use crate::core::geometry::{Vec2, unit};
 use crate::core::observer::Setting;
+use crate::core::pattern::glob_set;
 use crate::core::tmam::arc::Arc;
-use crate::io::config::file::glob_set;
 
 pub use self::error::QuestionError;
 use super::watch::Watch;

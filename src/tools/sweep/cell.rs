@@ -8,11 +8,12 @@ use super::configured::{Configured, value};
 use super::score::{Score, TruthScore, Watcher};
 use super::{Plan, SweepError, TruthSource};
 use crate::core::config::Config;
+use crate::core::log::Log;
 use crate::core::observer::Observer;
 use crate::core::replay::{Replay, ReplayError};
 use crate::io::config::file::ConfigError;
 use crate::io::log::truth::RecordedTruth;
-use crate::io::log::{Gathered, Log, LogError};
+use crate::io::log::{Gathered, LogError};
 use crate::tools::evaluate::{Scorer, Truth, TruthError};
 
 /// Why a cell could not be replayed.

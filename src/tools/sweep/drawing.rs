@@ -33,25 +33,39 @@ pub fn grid(sweep: &Sweep) -> io::Result<drawing::Grid> {
         file: sweep.file.clone(),
         content,
         conclusion: lines(sweep),
-        ranked_by: if sweep.with_truth { "by the truth" } else { "without the truth" },
-        axes: swept.iter().map(|(place, axis)| drawing::Axis {
-            short: axis.short(),
-            name: match axis.unit_name() {
-                "" => axis.key(),
-                unit => format!("{}, {unit}", axis.key()),
-            },
-            heading: axis.heading(),
-            values: axis.values.clone(),
-            configured: sweep.configured.values.get(*place).copied().flatten(),
-        }).collect(),
-        columns: columns.iter().map(|column| drawing::Column {
-            heading: column.heading().to_owned(),
-            low_is_better: column.better == Better::Low,
-            decimals: column.decimals,
-            scale: column.scale,
-        }).collect(),
+        ranked_by: if sweep.with_truth {
+            "by the truth"
+        } else {
+            "without the truth"
+        },
+        axes: swept
+            .iter()
+            .map(|(place, axis)| drawing::Axis {
+                short: axis.short(),
+                name: match axis.unit_name() {
+                    "" => axis.key(),
+                    unit => format!("{}, {unit}", axis.key()),
+                },
+                heading: axis.heading(),
+                values: axis.values.clone(),
+                configured: sweep.configured.values.get(*place).copied().flatten(),
+            })
+            .collect(),
+        columns: columns
+            .iter()
+            .map(|column| drawing::Column {
+                heading: column.heading().to_owned(),
+                low_is_better: column.better == Better::Low,
+                decimals: column.decimals,
+                scale: column.scale,
+            })
+            .collect(),
         cells: sweep.cells.iter().map(cell).collect(),
-        best: if sweep.is_flat() { 0 } else { sweep.leaders().count() },
+        best: if sweep.is_flat() {
+            0
+        } else {
+            sweep.leaders().count()
+        },
     })
 }
 
@@ -73,7 +87,10 @@ fn drawn(sweep: &Sweep) -> Vec<&'static Column> {
     let of_name = |name| columns(sweep.with_truth).find(|column| column.name == name);
     let mut drawn: Vec<&'static Column> = Vec::new();
     for column in (sweep.ranked_by.iter().copied()).chain(told.into_iter().filter_map(of_name)) {
-        let scores = sweep.cells.iter().filter_map(|cell| cell.score.as_ref().ok());
+        let scores = sweep
+            .cells
+            .iter()
+            .filter_map(|cell| cell.score.as_ref().ok());
         let tells = scores.filter_map(column.of).next().is_some();
         if tells && column.name != "sound_share" && drawn.iter().all(|c| c.name != column.name) {
             drawn.push(column);

@@ -144,7 +144,9 @@ mod tests {
         let worse = cell([0, 1, 0], Some(2.0));
         grid.cells = vec![first, worse, cell([1, 1, 0], Some(3.0))];
         let shown = first_behind(&grid, [0, 1], [2, 2]);
-        let numbers = shown.iter().map(|cell| cell.map(|numbers| numbers[0].unwrap()));
+        let numbers = shown
+            .iter()
+            .map(|cell| cell.map(|numbers| numbers[0].unwrap()));
         let numbers: Vec<Option<f64>> = numbers.collect();
         assert_eq!(numbers, [None, None, Some(1.0), Some(3.0)]);
     }

@@ -1,6 +1,6 @@
 //! Why no arc answers a question.
 
-use crate::io::config::file::ConfigError;
+use crate::core::pattern::PatternError;
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
@@ -87,5 +87,5 @@ pub enum QuestionError {
     },
     /// A glob.
     #[error(transparent)]
-    Glob(#[from] ConfigError),
+    Glob(#[from] PatternError),
 }
