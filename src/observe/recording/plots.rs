@@ -13,8 +13,10 @@ use crate::core::event::SonarId;
 use crate::core::tmam::triple::Evidence;
 use crate::observe::viewer::Error;
 
+type Pick = fn(&Evidence) -> f64;
+
 /// Numbers of a triple that are plotted, one dot per sonar and frame.
-const PLOTS: [(Entity, fn(&Evidence) -> f64); 4] = [
+const PLOTS: [(Entity, Pick); 4] = [
     (Entity::ThetaC, |evidence| evidence.angles.theta_c),
     (Entity::ThetaI, |evidence| evidence.angles.theta_i),
     (Entity::Chi2Line, |evidence| {
