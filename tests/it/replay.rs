@@ -6,6 +6,7 @@ use crate::support::{Bench, rewrite, ros1, sample, shared};
 use serde_json::Value;
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn without_named_outputs_the_recording_and_the_features_are_written_here() {
     let bench = Bench::new();
     let run = bench.tmam(&sample("room_step.mcap"), "replay {}");
@@ -43,6 +44,7 @@ fn standard_output_holds_the_output_and_nothing_else() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn the_same_log_gives_the_same_bytes() {
     let bench = Bench::new();
     let log = sample("room_drive.mcap");
