@@ -13,7 +13,7 @@ use crate::core::rounding::{number, optional};
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::pair::{PairPoint, Points};
 use crate::core::tmam::step::Step;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 use crate::io::output::OutputError;
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.

@@ -31,7 +31,7 @@ use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::pair::Points;
 use crate::core::tmam::spread::Spread;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::triple::{Angles, Evidence, Label, Reason, judge};
 use crate::tools::evaluate::Truth;
 

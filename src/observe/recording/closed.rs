@@ -14,7 +14,7 @@ use super::table::{Moment, Table, Timelines, put_static};
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{Action, Extraction, Kind, Shape};
 use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::Label;
+use crate::core::tmam::label::Label;
 
 /// The extracted features of one frame, and the arcs they came from.
 pub struct ClosedTables {

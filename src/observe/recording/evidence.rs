@@ -23,7 +23,7 @@ use super::table::{Instance, Moment, Table, Timelines};
 use crate::core::event::Sonar;
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::triple::Evidence;
 
 /// What is known of an arc of the sonar with this name.

@@ -18,7 +18,7 @@ use super::style::{self, order, ui};
 use super::table::{Moment, Table, Timelines, put_static};
 use crate::core::event::Sonar;
 use crate::core::tmam::hypothesis::HypothesisTest;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 
 const PATH: &str = "/world/suspects";
 const LOG: &str = "/log/suspects";

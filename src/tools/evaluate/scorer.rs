@@ -14,7 +14,7 @@ use crate::core::replay::Outcome;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::feature::{Action, Extraction, Kind};
 use crate::core::tmam::step::Step;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 
 /// How a replay did.
 #[derive(Debug, Clone, PartialEq)]

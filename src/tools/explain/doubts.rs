@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::core::tmam::feature::Kind;
 use crate::core::tmam::hypothesis::HypothesisTest;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 
 /// Something that contradicts a label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

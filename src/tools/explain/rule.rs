@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::need::{Need, Relation};
 use crate::core::config::Triple;
 use crate::core::rounding::{number, optional};
-use crate::core::tmam::triple::Label;
+use crate::core::tmam::label::Label;
 
 /// One comparison of the rule.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

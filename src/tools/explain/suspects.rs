@@ -8,7 +8,7 @@ use super::question::{since, sonars};
 use super::watch::Watch;
 use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 
 /// A suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]

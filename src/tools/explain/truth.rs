@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::situation::Situation;
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::triple::Label;
+use crate::core::tmam::label::Label;
 use crate::core::world::Reflector;
 use crate::tools::evaluate::truth::{Origin, Other, Target, Truth};
 

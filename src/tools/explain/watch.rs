@@ -7,7 +7,7 @@ use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError};
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::step::Step;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 
 /// What a sonar gave a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

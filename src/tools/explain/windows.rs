@@ -13,7 +13,7 @@ use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::Kind;
 use crate::core::tmam::hypothesis::{Gate, HypothesisTest, Support};
 use crate::core::tmam::sequence::gap;
-use crate::core::tmam::triple::{Label, Reason};
+use crate::core::tmam::label::{Label, Reason};
 
 /// The readings `k-m ..= k+m` around an arc, and what they support.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
