@@ -1,12 +1,15 @@
 pub mod assignment;
 pub mod config;
 pub mod event;
+pub mod exit;
 pub mod frames;
 pub mod geometry;
 pub mod legible;
+pub mod log;
 pub mod noise_estimate;
 pub mod observer;
 pub mod odometry;
+pub mod pattern;
 pub mod replay;
 pub mod rounding;
 pub mod tmam;

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use super::simulate::read_world;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
-use crate::core::replay::Replay;
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
+use crate::core::observer::Kept;
+use crate::core::replay::{Replay, ReplayError};
 use crate::core::world::World;
 use crate::io::log;
 use crate::io::outputs::{Requested, Written};
@@ -14,8 +16,8 @@ use crate::observe::recording::{Evaluated, Recording};
 use crate::observe::report;
 use crate::tools::carried::carried;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::evaluate::{Truth, evaluate, json, text};
-use crate::tools::golden::{Collector, LogInfo};
+use crate::tools::evaluate::{Evaluation, Truth, json, text};
+use crate::tools::golden::LogInfo;
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
 ///
@@ -59,7 +61,7 @@ const NO_FIT: &str = "warning: hardly a range agrees with the world; is it in th
 of this place?\n";
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
@@ -72,7 +74,14 @@ impl Args {
         };
         let mut outputs = asked.then(|| requested.open(&self.log)).transpose()?;
 
-        let (outcome, evaluation) = evaluate(&replay, &truth)?;
+        let mut kept = Kept::default();
+        let is_recorded = outputs.as_ref().is_some_and(|o| o.recording.is_some());
+        let outcome = if is_recorded {
+            replay.run(&mut [&mut kept])?
+        } else {
+            replay.run(&mut [])?
+        };
+        let evaluation = Evaluation::new(&truth, &outcome);
         let setting = replay.setting();
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {
@@ -83,10 +92,8 @@ impl Args {
                     map: &outcome.map,
                 };
                 let mut recording = Recording::of_evaluated(out, setting, evaluated)?;
-                let mut collector = Collector::new(setting.sonars);
-                replay.run(&mut [&mut recording, &mut collector])?;
-                let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+                kept.show(&mut recording).map_err(ReplayError::from)?;
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
                 recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {
@@ -111,6 +118,6 @@ impl Args {
             let _ = io::stderr().write_all(NO_FIT.as_bytes());
         }
         let judged = setting.source.complete && evaluation.labels.given() > 0 && fits;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 }

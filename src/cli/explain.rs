@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::{Parameters, quoted};
 use super::simulate::read_world;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::geometry::Vec2;
 use crate::core::replay::Replay;
 use crate::core::world::World;
@@ -14,7 +15,7 @@ use crate::io::output::Output;
 use crate::observe::report;
 use crate::tools::evaluate::Truth;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::explain::{Question, Which, explain, json, suspects, text};
+use crate::tools::explain::{Question, Which, explain, suspects, text, write_json};
 
 /// Tell the whole story of one arc: why it was labelled so, and what would have changed that
 ///
@@ -74,7 +75,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(mut self) -> Result<u8, Error> {
+    pub fn run(mut self) -> Result<Exit, Error> {
         // Here --sensor names an arc; it does not keep readings out of the replay.
         let sonars = self.parameters.take_sensors();
         let config = self.parameters.configuration()?;
@@ -92,7 +93,7 @@ impl Args {
             let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
             tell(
                 self.json,
-                |out| json::write(out, &setting, &told),
+                |out| write_json(out, "tmam.explanation/1", &setting, &told),
                 || text::text(&setting, &named, &told),
             )?;
             (outcome, true)
@@ -102,14 +103,14 @@ impl Args {
             let (outcome, list) = suspects::list(&replay, &sonars, most)?;
             tell(
                 self.json,
-                |out| json::write_suspects(out, &setting, &list),
-                || text::suspects(&setting, &named, &list),
+                |out| write_json(out, "tmam.suspects/1", &setting, &list),
+                || suspects::text(&setting, &named, &list),
             )?;
             (outcome, list.labels > 0)
         };
         let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
         let judged = judged && setting.source.complete;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 
     fn which(&self) -> Option<Which> {

@@ -4,7 +4,8 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::log;
@@ -14,9 +15,9 @@ use crate::observe::progress::Progress;
 use crate::observe::recording::live::{DEFAULT_URL, Live};
 use crate::observe::recording::{self, Recording};
 use crate::observe::report;
-use crate::observe::trace::Trace;
+use crate::observe::trace;
 use crate::tools::carried::carried;
-use crate::tools::golden::{Collector, LogInfo};
+use crate::tools::golden::LogInfo;
 
 /// Replay a log: record what was seen and decided, extract features
 ///
@@ -78,7 +79,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let log = log::read(&self.log, &config)?;
         if self.strict && !log.losses.is_empty() {
@@ -113,25 +114,20 @@ impl Args {
             let mut recording = file
                 .map(|out| Recording::with_viewer(out, viewer, only_live, setting))
                 .transpose()?;
-            let mut collector = recording.as_ref().map(|_| Collector::new(setting.sonars));
-            let mut trace = outputs.trace.as_mut().map(|out| {
-                let path = out.path().to_owned();
-                Trace::new(out, path, setting)
-            });
             let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
-            observers.extend(collector.as_mut().map(|c| c as &mut dyn Observer));
-            observers.extend(trace.as_mut().map(|t| t as &mut dyn Observer));
             let outcome = replay.run(&mut observers)?;
-            if let (Some(recording), Some(collector)) = (recording, collector) {
-                let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+            if let Some(recording) = recording {
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
                 lost = recording.close(Some(&carried))?.1;
             }
             outcome
         };
         if let Some(out) = &mut outputs.features {
             features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
+        }
+        if let Some(out) = &mut outputs.trace {
+            trace::write(&mut *out, setting.sonars, &outcome).map_err(|s| out.failed(s))?;
         }
         let written = outputs.commit()?;
 
@@ -151,6 +147,6 @@ impl Args {
             };
         }
         let judged = setting.source.complete && outcome.tally.echoes > 0;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 }

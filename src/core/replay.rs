@@ -7,18 +7,17 @@ pub use error::ReplayError;
 pub use outcome::Outcome;
 
 use crate::core::config::{Config, Rule, SIGMA_UNKNOWN, Triple};
-use crate::core::event::RangeReading;
-use crate::core::event::Events;
+use crate::core::event::{Events, RangeReading};
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::Vec2;
+use crate::core::log::Log;
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::observer::{Observer, Setting, Source};
 use crate::core::odometry::Track;
+use crate::core::pattern::glob_set;
 use crate::core::tmam::Tmam;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::prediction::{MapPrediction, Reach};
-use crate::io::config::file::glob_set;
-use crate::io::log::Log;
 
 /// A log made ready.
 #[derive(Debug)]
@@ -85,15 +84,15 @@ impl<'a> Replay<'a> {
         // The noise is that of the whole log, so that what is looked at does not change what is seen.
         let mut whole = None;
         if variance_from == VarianceFrom::Ranges {
-            let framed = framed(&log.events, &config, all, &vec![true; sonars.len()]);
-            let noise = noise_of(&framed.0, &config).overall();
+            let (frames, tally) = framed(&log.events, &config, all, &vec![true; sonars.len()]);
+            let noise = noise_of(&frames, &config).overall();
             if noise.is_none() {
                 variance_from = VarianceFrom::Nothing;
             }
             let of_pose = config.noise.sigma_pose * config.noise.sigma_pose;
             let sigma = noise.map_or(SIGMA_UNKNOWN, |noise| noise.believed(of_pose));
             config.noise.sigma_abs = Some(sigma);
-            whole = Some(framed);
+            whole = Some((frames, tally));
         }
         let is_whole = readings.len() == all.len() && !selected.contains(&false);
         let (frames, tally) = whole
@@ -136,6 +135,11 @@ impl<'a> Replay<'a> {
     /// The log.
     pub fn log(&self) -> &'a Log {
         self.log
+    }
+
+    /// Every frame of them.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
     }
 
     /// The readings in the window of the sonars asked for.

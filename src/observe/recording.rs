@@ -142,7 +142,7 @@ impl<W: Write> Recording<W> {
                 .push(at, frame.world_from_robot, self.lines, out)?;
             self.hold.push(Held::new(at, frame, step));
             let arcs = step.arcs.iter().map(|arc| arc.id);
-            self.evidence.await_frame(at, arcs.collect());
+            self.evidence.add_frame(at, arcs.collect());
             self.suspects.pass(at);
         } else if (frame.index.checked_sub(1)).is_some_and(|before| self.overlay.shows(before)) {
             self.leave(at)?;
@@ -157,7 +157,7 @@ impl<W: Write> Recording<W> {
     fn leave(&mut self, at: Moment) -> Result<(), Error> {
         self.robot.leave(at, self.lines, &mut self.out)?;
         self.hold.push(Held::blank(at, self.seen.iter().copied()));
-        self.evidence.await_frame(at, Vec::new());
+        self.evidence.add_frame(at, Vec::new());
         self.suspects.leave(at);
         Ok(())
     }
@@ -168,9 +168,9 @@ impl<W: Write> Recording<W> {
         for (level, text) in std::mem::take(&mut self.opening) {
             self.log.note(at, level, text, self.lines, out)?;
         }
-        for verdict in &step.verdicts {
-            self.hold.decide(verdict);
-            *self.labels.entry(verdict.label.name()).or_default() += 1;
+        for report in &step.labelled {
+            self.hold.decide(report);
+            *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
             self.decided.write(&ready, &self.sonars, self.lines, out)?;
@@ -179,10 +179,8 @@ impl<W: Write> Recording<W> {
         }
         self.closed.note(step, out.origin());
         self.log.push(at, &step.extractions, self.lines, out)?;
-        let shown = step.judgements.iter();
-        let shown = shown.filter(|known| self.overlay.shows(known.arc.id.frame));
-        self.evidence.push(shown, self.lines, out)?;
-        self.suspects.note(&step.judgements);
+        self.evidence.push(&step.reports, self.lines, out)?;
+        self.suspects.note(&step.reports);
         self.map.update(at, step, self.lines, out)
     }
 

@@ -8,13 +8,14 @@ use std::path::PathBuf;
 
 use crate::core::config::Rule;
 use crate::core::legible::legible;
+use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::tmam::feature::{Action, Kind, MapFeature, Status};
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
-use crate::io::log::{Log, itemised};
+use crate::io::log::itemised;
 
 /// The viewer that reads the recordings.
 pub const VIEWER_VERSION: &str = "0.36.3";

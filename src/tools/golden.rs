@@ -30,6 +30,7 @@ mod labels_file;
 mod layout;
 mod pairing;
 mod range_noise;
+mod replayed;
 mod results;
 mod rows;
 mod sonars;
@@ -37,7 +38,7 @@ mod text;
 mod tolerance;
 mod unrecorded;
 
-pub use collect::Collector;
+pub use collect::{labels, results};
 pub use compare::compare;
 pub use difference::{
     Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, SonarDifference,
@@ -50,6 +51,7 @@ pub use file::{Golden, LogInfo, SCHEMA, Tool, as_recorded};
 pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
 pub use labels_file::{LabelsFile, read_labels, write_labels};
 pub use range_noise::RangeNoise;
+pub use replayed::{Replayed, replay};
 pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, Results};
 pub use text::{counts, describe, in_frames};
 pub use tolerance::{Tolerance, ToleranceError};

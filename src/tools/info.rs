@@ -74,13 +74,15 @@ impl Info {
     pub fn new(survey: Survey) -> Self {
         let Survey {
             log,
+            channels,
+            clock_set,
             config,
             obstacles,
             in_part,
             clocks,
             odometry_topic,
         } = survey;
-        let channels = channels::channels(&log.channels, &clocks);
+        let channels = channels::channels(&channels, &clocks);
         let mut sonars = sonars::sonars(&log.events, &config);
         for obstacle in &obstacles {
             forget_placeholder(&mut sonars, obstacle);
@@ -95,7 +97,7 @@ impl Info {
         let odometry = motion::odometry(
             odometry_topic.as_deref(),
             &log.events,
-            log.clock_set.as_ref().map_or(&[], |set| &set.twice),
+            clock_set.as_ref().map_or(&[], |set| &set.twice),
             &config,
         );
         let trial = if blind {
@@ -128,7 +130,7 @@ impl Info {
             start_ns,
             end_ns,
             losses: log.losses,
-            clock_set: log.clock_set,
+            clock_set,
             channels,
             sonars,
             odometry,

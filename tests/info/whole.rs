@@ -120,7 +120,7 @@ fn a_survey_of_a_good_log_is_what_a_replay_reads() {
         let surveyed = survey(&sample(name), &config).unwrap();
         assert!(surveyed.obstacles.is_empty());
         assert_eq!(surveyed.config, config);
-        assert_eq!(surveyed.clocks.len(), surveyed.log.channels.len());
+        assert_eq!(surveyed.clocks.len(), surveyed.channels.len());
         assert_eq!(surveyed.log, read(&sample(name), &config).unwrap());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::core::legible::one_line;
 use crate::core::observer::ObserverError;
-use crate::io::config::file::ConfigError;
+use crate::core::pattern::PatternError;
 
 /// Why there is nothing to replay in a log that could be read.
 #[derive(Debug, thiserror::Error)]
@@ -57,10 +57,17 @@ pub enum ReplayError {
         /// What to do.
         advice: &'static str,
     },
-    /// The configuration.
+    /// A pattern of sonars that cannot be read.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Pattern(#[from] PatternError),
     /// An observer could not go on.
     #[error(transparent)]
     Observer(#[from] ObserverError),
+}
+
+impl ReplayError {
+    /// Whether nothing is wrong but that the log, or its window, holds nothing to replay.
+    pub fn found_nothing(&self) -> bool {
+        matches!(self, Self::NoFrames { .. } | Self::EmptyWindow { .. })
+    }
 }

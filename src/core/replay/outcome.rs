@@ -15,6 +15,8 @@ use crate::core::tmam::step::Step;
 pub struct Outcome {
     /// Frames opened.
     pub frames: u32,
+    /// The stamp of each.
+    pub frame_stamps: Vec<i64>,
     /// Way from frame to frame, metres.
     pub distance: f64,
     /// What became of the readings.
@@ -56,6 +58,7 @@ impl Outcome {
     /// Counts what a frame brought about.
     pub(super) fn take(&mut self, frame: &Frame, step: &Step) {
         self.frames = frame.index + 1;
+        self.frame_stamps.push(frame.stamp_ns);
         let here = frame.world_from_robot.position();
         let way = self.last.replace(here).map(|last| (here - last).norm());
         self.distance += way.unwrap_or(0.0);

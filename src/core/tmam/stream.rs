@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::arc::{Arc, ArcId};
 use super::feature::Extraction;
 use super::hypothesis::Gate;
-use super::label::{Label, Reason};
+use super::label::Label;
 use super::report::{ArcReport, RunTest};
 use super::rule::{Decision, Rule};
 use super::run::{Run, Runs};
@@ -93,7 +93,9 @@ impl Stream {
     /// Labels the next arc in order, if what decides is known.
     pub fn label(&mut self, rule: &dyn Rule) -> Option<(ArcReport, Decision)> {
         let decision = rule.label(self.pending.front()?)?;
-        let Pending { mut report, window, .. } = self.pending.pop_front()?;
+        let Pending {
+            mut report, window, ..
+        } = self.pending.pop_front()?;
         report.label = decision.label;
         report.margin = decision.margin;
         report.chi2_margin = decision.chi2_margin;
@@ -126,7 +128,9 @@ impl Stream {
 
     fn labelled(&mut self, arc: ArcId) -> Option<&mut ArcReport> {
         let at = self.reports.partition_point(|report| report.arc.id < arc);
-        self.reports.get_mut(at).filter(|report| report.arc.id == arc)
+        self.reports
+            .get_mut(at)
+            .filter(|report| report.arc.id == arc)
     }
 
     fn settle(&mut self, results: Vec<WindowResult>) {

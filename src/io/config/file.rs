@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use super::keys::{self, Bounds, Unit};
 use crate::core::config::Config;
+use crate::core::pattern::{PatternError, glob_set};
 
 /// What is wrong with a configuration.
 #[derive(Debug, thiserror::Error)]
@@ -40,13 +41,8 @@ pub enum ConfigError {
         problem: &'static str,
     },
     /// A topic or sonar pattern that cannot be read.
-    #[error("`{pattern}` is not a glob: {reason}")]
-    BadGlob {
-        /// As written.
-        pattern: String,
-        /// Why.
-        reason: String,
-    },
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
     /// A window that ends before it starts.
     #[error("the window ends at {end} s, before its start at {start} s; give --start below --end")]
     EmptyWindow {
@@ -175,22 +171,6 @@ pub fn check(config: &Config) -> Result<(), ConfigError> {
         glob_set(globs)?;
     }
     Ok(())
-}
-
-/// Compiles glob patterns; `*` crosses slashes, as topics are paths that nobody nests on purpose.
-///
-/// # Errors
-/// The first pattern that is not a glob.
-pub fn glob_set(patterns: &[String]) -> Result<globset::GlobSet, ConfigError> {
-    let bad = |pattern: &str, error: &globset::Error| ConfigError::BadGlob {
-        pattern: pattern.to_owned(),
-        reason: error.kind().to_string(),
-    };
-    let mut set = globset::GlobSetBuilder::new();
-    for pattern in patterns {
-        set.add(globset::Glob::new(pattern).map_err(|e| bad(pattern, &e))?);
-    }
-    set.build().map_err(|e| bad(&patterns.join(" "), &e))
 }
 
 /// The configuration as it stands in the file: degrees, rounded where the conversion left dust.

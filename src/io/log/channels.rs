@@ -10,7 +10,7 @@ use super::decoders::Decoders;
 use super::messages::{self, Content, MOST_SONARS, Read, Role};
 use crate::core::config::Config;
 use crate::core::config::channel::ChannelFields;
-use crate::io::config::file::{ConfigError, glob_set};
+use crate::core::pattern::{PatternError, glob_set};
 
 /// A scan with more beams than this is a lidar's, unless its topic is asked for.
 const LARGEST_RING: usize = 64;
@@ -82,7 +82,7 @@ impl Channels {
     ///
     /// # Errors
     /// A pattern that is not a glob.
-    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+    pub fn new(config: &Config) -> Result<Self, PatternError> {
         let input = &config.input;
         Ok(Self {
             range_topics: glob_set(&input.range_topics)?,

@@ -11,7 +11,7 @@ pub use missing::{MissingMount, UnplacedRing};
 
 use super::messages::MOST_SONARS;
 use crate::core::legible::one_line;
-use crate::io::config::file::ConfigError;
+use crate::core::pattern::PatternError;
 use lists::{because, carried, lines, moves};
 
 /// Why a log cannot be replayed.
@@ -191,9 +191,9 @@ pub enum LogError {
         /// The log.
         file: String,
     },
-    /// The configuration.
+    /// A pattern of topics that cannot be read.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Pattern(#[from] PatternError),
     /// Something is missing, and there is more to know of the log.
     #[error("{source}\nAlso:{}", itemised(.notes))]
     Noted {

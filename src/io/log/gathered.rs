@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use super::LogError;
 use super::channels::ChannelReport;
 use super::container::{self, Loss};
 use super::gather::Gatherer;
 use super::read::{Visits, file_name, length, unchecked};
 use super::truth::RecordedTruth;
-use super::{Log, LogError};
 use crate::core::config::Config;
+use crate::core::log::Log;
 
 /// What the messages of a log say, before it is known where the sonars sit.
 #[derive(Debug)]

@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn broken_descriptors_are_refused_without_a_panic() {
-        let seed = include_bytes!("../../fuzz/corpus/protobuf/nested");
+        let seed = include_bytes!("../../../fuzz/corpus/protobuf/nested");
         let descriptors = &seed[2..];
         for place in 0..descriptors.len() {
             for flip in [1, 2, 4, 8, 16, 32, 64, 128] {

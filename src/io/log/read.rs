@@ -3,13 +3,14 @@
 use std::io::{Read, Seek};
 use std::path::Path;
 
+use super::LogError;
 use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
 use super::container::{self, Channel, Loss, RawMessage, Unchecked};
 use super::gather::Gatherer;
 use super::truth::RecordedTruth;
-use super::{Log, LogError};
 use crate::core::config::Config;
+use crate::core::log::Log;
 
 /// Reads a log.
 ///

@@ -14,8 +14,9 @@ use super::container::Loss;
 use super::gather::{Gatherer, STAND_IN};
 use super::messages::Content;
 use super::read::{file_name, length, unchecked};
-use super::{Log, LogError, Role, container};
+use super::{ClockSet, LogError, Role, container};
 use crate::core::config::{Config, SonarOverride};
+use crate::core::log::Log;
 
 /// Beam width put in the place of one that is not known, radians: the paper's.
 pub const PLACEHOLDER_BEAM_WIDTH: f64 = 22.5 * std::f64::consts::PI / 180.0;
@@ -32,6 +33,10 @@ pub struct Survey {
     /// What could be put together with [`config`](Self::config); no sonars where nothing gives
     /// ranges, no odometry samples where nothing gives odometry.
     pub log: Log,
+    /// What its channels are.
+    pub channels: Vec<ChannelReport>,
+    /// How the clock of its stamps was set while it was recorded.
+    pub clock_set: Option<ClockSet>,
     /// The configuration given, and placeholders for what is missing.
     pub config: Config,
     /// What a replay with the configuration given would refuse, one after the other.
@@ -161,7 +166,12 @@ impl Mending {
                         }
                     }
                     if self.obstacles.len() == known {
-                        return Ok(self.survey(finished.log, clocks));
+                        return Ok(self.survey(
+                            finished.log,
+                            finished.channels,
+                            finished.clock_set,
+                            clocks,
+                        ));
                     }
                 }
                 Err(stopped) => self.mend(stopped.error)?,
@@ -169,7 +179,13 @@ impl Mending {
         }
     }
 
-    fn survey(mut self, mut log: Log, clocks: Vec<ChannelClock>) -> Survey {
+    fn survey(
+        mut self,
+        mut log: Log,
+        channels: Vec<ChannelReport>,
+        clock_set: Option<ClockSet>,
+        clocks: Vec<ChannelClock>,
+    ) -> Survey {
         if self.no_ranges {
             log.events.sonars.clear();
             log.events.readings.clear();
@@ -183,6 +199,8 @@ impl Mending {
         }
         Survey {
             log,
+            channels,
+            clock_set,
             config: self.config,
             obstacles: self.obstacles,
             in_part: self.in_part,

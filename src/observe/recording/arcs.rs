@@ -10,9 +10,8 @@ use super::hold::Held;
 use super::style::{self, order, ui};
 use super::table::{Instance, Table, Timelines, put_static};
 use crate::core::event::Sonar;
-use crate::core::geometry::Vec2;
-use crate::core::tmam::pair::PairPoint;
-use crate::core::tmam::triple::{Evidence, Verdict};
+use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::{OnMiddle, TripleTest};
 
 /// The entity of the arcs.
 pub const ARCS: &str = "/world/arcs";
@@ -98,35 +97,39 @@ impl ArcTables {
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         let origin = out.origin();
-        let decided = || {
-            held.cells
-                .iter()
-                .filter_map(|cell| Some((cell.arc?, cell.verdict?)))
-        };
-        let strips = decided().map(|(arc, verdict)| {
-            let sonar = self.sonars.get(arc.id.sonar.index());
+        let decided = || held.cells.iter().filter_map(|cell| cell.report.as_ref());
+        let strips = decided().map(|report| {
+            let sonar = self.sonars.get(report.arc.id.sonar.index());
             ArcStrip {
-                points: origin.sweep(&arc),
-                class: style::class(verdict.label),
-                story: story(sonar.map_or("?", String::as_str), &verdict),
+                points: origin.sweep(&report.arc),
+                class: style::class(report.label),
+                story: story(sonar.map_or("?", String::as_str), report),
             }
         });
         self.arcs.push(held.moment, strips, lines, out)?;
-        let beams = decided().map(|(arc, _)| {
+        let beams = decided().map(|ArcReport { arc, .. }| {
             let ahead = arc.point_at(arc.world_from_sensor.yaw);
             Beam([arc.center(), ahead].map(|place| origin.xy(place)))
         });
         self.beams.push(held.moment, beams, lines, out)?;
-        let touches = |pick: fn(&Evidence) -> Vec<Vec2>| {
+        let touches = |pick: fn(&TripleTest) -> OnMiddle| {
             decided()
-                .filter_map(|(_, verdict)| verdict.evidence)
-                .flat_map(move |evidence| pick(&evidence))
+                .filter_map(|report| report.triple.as_ref())
+                .flat_map(move |triple| pick(triple).into_iter().flatten().flatten())
                 .map(move |point| Touch(origin.xy(point)))
         };
-        self.contact_points
-            .push(held.moment, touches(contact_points), lines, out)?;
-        self.intersection_points
-            .push(held.moment, touches(intersection_points), lines, out)
+        self.contact_points.push(
+            held.moment,
+            touches(|triple| triple.angles.contact_points),
+            lines,
+            out,
+        )?;
+        self.intersection_points.push(
+            held.moment,
+            touches(|triple| triple.angles.intersection_points),
+            lines,
+            out,
+        )
     }
 
     /// Writes what waits.
@@ -143,23 +146,23 @@ impl ArcTables {
 }
 
 /// The sonar, the label and the evidence for it, in a line.
-pub fn story(sonar: &str, verdict: &Verdict) -> String {
-    let label = style::name(verdict.label);
-    let Some(evidence) = &verdict.evidence else {
+pub fn story(sonar: &str, report: &ArcReport) -> String {
+    let label = style::name(report.label);
+    let Some(triple) = &report.triple else {
         return format!("{sonar}, {label}");
     };
     let angle = |theta: f64, sigma: Option<f64>| match sigma {
         Some(sigma) => format!("{:.1} +- {:.1} deg", theta.to_degrees(), sigma.to_degrees()),
         None => format!("{:.1} deg", theta.to_degrees()),
     };
-    let opinion = &evidence.opinion;
+    let test = &triple.test;
     format!(
         "{sonar}, {label}; theta_c {}, theta_i {}; chi2 line {}, point {}: {}",
-        angle(evidence.angles.theta_c, evidence.spread.theta_c),
-        angle(evidence.angles.theta_i, evidence.spread.theta_i),
-        chi2(opinion.chi2_line),
-        chi2(opinion.chi2_point),
-        opinion.support.name()
+        angle(triple.angles.theta_c, triple.spread.theta_c),
+        angle(triple.angles.theta_i, triple.spread.theta_i),
+        chi2(test.chi2_line),
+        chi2(test.chi2_point),
+        test.support.name()
     )
 }
 
@@ -170,28 +173,6 @@ pub fn chi2(x: f64) -> String {
     } else {
         "none in the beam".to_owned()
     }
-}
-
-/// Where the common tangents with its neighbours touch the middle arc.
-fn contact_points(evidence: &Evidence) -> Vec<Vec2> {
-    on_middle(
-        &evidence.angles.before.contact,
-        &evidence.angles.after.contact,
-    )
-}
-
-/// Where its neighbours cross the middle arc.
-fn intersection_points(evidence: &Evidence) -> Vec<Vec2> {
-    on_middle(
-        &evidence.angles.before.intersection,
-        &evidence.angles.after.intersection,
-    )
-}
-
-fn on_middle(before: &[Option<PairPoint>], after: &[Option<PairPoint>]) -> Vec<Vec2> {
-    let before = before.iter().flatten().map(|pair| pair.on_b);
-    let after = after.iter().flatten().map(|pair| pair.on_a);
-    before.chain(after).collect()
 }
 
 /// How arcs look.

@@ -13,8 +13,8 @@ use super::style::{self, order, ui};
 use super::table::{Moment, Table, Timelines, put_static};
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{Action, Extraction, Kind, Shape};
-use crate::core::tmam::step::Step;
 use crate::core::tmam::label::Label;
+use crate::core::tmam::step::Step;
 
 /// The extracted features of one frame, and the arcs they came from.
 pub struct ClosedTables {
@@ -86,10 +86,10 @@ impl ClosedTables {
     /// Forgets arcs that no open run can reach any more.
     fn forget(&mut self, step: &Step) {
         let unlabelled = step
-            .verdicts
+            .labelled
             .iter()
-            .filter(|verdict| matches!(verdict.label, Label::Unidentified(_)))
-            .map(|verdict| verdict.arc);
+            .filter(|report| matches!(report.label, Label::Unidentified(_)))
+            .map(|report| report.arc.id);
         let closed = step
             .extractions
             .iter()

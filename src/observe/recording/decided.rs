@@ -1,4 +1,4 @@
-//! The tables that wait for verdicts, as one.
+//! The tables that wait for labels, as one.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ use super::plots::PlotTables;
 use super::table::Timelines;
 use crate::core::event::Sonar;
 
-/// Everything that a verdict is needed for.
+/// Everything that a label is needed for.
 pub struct DecidedTables {
     arcs: ArcTables,
     plots: PlotTables,

@@ -1,10 +1,9 @@
 //! What speaks for the label of every arc and against it, as numbers and words beside the arcs, so
 //! that selecting one shows them. Named as in the trace.
 //!
-//! All is known of an arc only when its run has closed, frames after it was drawn: these are rows of
-//! their own, at the entity and the moment of the arcs, an instance for each arc in their order.
+//! All is known of an arc only at the end of the log, after it was drawn: these are rows of their own,
+//! at the entity and the moment of the arcs, an instance for each arc in their order.
 
-use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
 use std::sync::Arc as Shared;
 
@@ -24,17 +23,17 @@ use crate::core::event::Sonar;
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::triple::Evidence;
+use crate::core::tmam::triple::TripleTest;
 
 /// What is known of an arc of the sonar with this name.
 struct Known {
     sensor: String,
-    judgement: ArcReport,
+    report: ArcReport,
 }
 
 impl Known {
-    fn evidence(&self, of: fn(&Evidence) -> Option<f64>) -> Option<f64> {
-        self.judgement.verdict.evidence.as_ref().and_then(of)
+    fn triple(&self, of: fn(&TripleTest) -> Option<f64>) -> Option<f64> {
+        self.report.triple.as_ref().and_then(of)
     }
 }
 
@@ -65,49 +64,41 @@ impl Instance for Known {
                 Shared::new(arcs.iter().map(of).collect::<UInt32Array>()),
             )
         };
-        let suspects = arcs.iter().map(|arc| Some(arc.judgement.is_suspect()));
+        let suspects = arcs.iter().map(|arc| Some(arc.report.is_suspect()));
         [
             word("sensor", |arc| Some(&arc.sensor)),
-            word("label", |arc| Some(arc.judgement.verdict.label.name())),
-            word("reason", |arc| {
-                Some(arc.judgement.verdict.label.reason()?.name())
-            }),
-            number("theta_c", |arc| arc.evidence(|e| Some(e.angles.theta_c))),
-            number("theta_c_sigma", |arc| arc.evidence(|e| e.spread.theta_c)),
-            number("theta_i", |arc| arc.evidence(|e| Some(e.angles.theta_i))),
-            number("theta_i_sigma", |arc| arc.evidence(|e| e.spread.theta_i)),
-            number("margin", |arc| arc.judgement.verdict.margin),
-            number("chi2_margin", |arc| arc.judgement.verdict.chi2_margin),
+            word("label", |arc| Some(arc.report.label.name())),
+            word("reason", |arc| Some(arc.report.label.reason()?.name())),
+            number("theta_c", |arc| arc.triple(|e| Some(e.angles.theta_c))),
+            number("theta_c_sigma", |arc| arc.triple(|e| e.spread.theta_c)),
+            number("theta_i", |arc| arc.triple(|e| Some(e.angles.theta_i))),
+            number("theta_i_sigma", |arc| arc.triple(|e| e.spread.theta_i)),
+            number("margin", |arc| arc.report.margin),
+            number("chi2_margin", |arc| arc.report.chi2_margin),
             word("opinion", |arc| {
-                let evidence = arc.judgement.verdict.evidence.as_ref()?;
-                Some(evidence.opinion.support.name())
+                let triple = arc.report.triple.as_ref()?;
+                Some(triple.test.support.name())
             }),
-            number("chi2_line", |arc| {
-                arc.evidence(|e| Some(e.opinion.chi2_line))
-            }),
-            number("chi2_point", |arc| {
-                arc.evidence(|e| Some(e.opinion.chi2_point))
-            }),
+            number("chi2_line", |arc| arc.triple(|e| Some(e.test.chi2_line))),
+            number("chi2_point", |arc| arc.triple(|e| Some(e.test.chi2_point))),
             count("readings", |arc| {
-                u32::try_from(arc.judgement.wide?.readings).ok()
+                u32::try_from(arc.report.window()?.readings).ok()
             }),
             word("wide_opinion", |arc| {
-                Some(arc.judgement.wide?.support.name())
+                Some(arc.report.window()?.support.name())
             }),
-            number("wide_chi2_line", |arc| Some(arc.judgement.wide?.chi2_line)),
+            number("wide_chi2_line", |arc| Some(arc.report.window()?.chi2_line)),
             number("wide_chi2_point", |arc| {
-                Some(arc.judgement.wide?.chi2_point)
+                Some(arc.report.window()?.chi2_point)
             }),
-            word("map_opinion", |arc| Some(arc.judgement.map?.support.name())),
-            count("feature", |arc| Some(arc.judgement.run?.extraction)),
+            word("map_opinion", |arc| Some(arc.report.map?.support.name())),
+            count("feature", |arc| Some(arc.report.run?.extraction)),
             word("run_opinion", |arc| {
-                Some(arc.judgement.run?.opinion.support.name())
+                Some(arc.report.run?.test.support.name())
             }),
-            number("run_chi2_line", |arc| {
-                Some(arc.judgement.run?.opinion.chi2_line)
-            }),
+            number("run_chi2_line", |arc| Some(arc.report.run?.test.chi2_line)),
             number("run_chi2_point", |arc| {
-                Some(arc.judgement.run?.opinion.chi2_point)
+                Some(arc.report.run?.test.chi2_point)
             }),
             column("suspect", Shared::new(suspects.collect::<BooleanArray>())),
         ]
@@ -129,8 +120,7 @@ fn descriptor(name: &str) -> ComponentDescriptor {
 /// The evidence of every arc.
 pub struct EvidenceTable {
     sonars: Vec<String>,
-    waiting: VecDeque<(Moment, Vec<ArcId>)>,
-    judged: BTreeMap<ArcId, ArcReport>,
+    frames: Vec<(Moment, Vec<ArcId>)>,
     table: Table<Known>,
 }
 
@@ -139,40 +129,36 @@ impl EvidenceTable {
     pub fn new(sonars: &[Sonar]) -> Self {
         Self {
             sonars: sonars.iter().map(|sonar| sonar.name.clone()).collect(),
-            waiting: VecDeque::new(),
-            judged: BTreeMap::new(),
+            frames: Vec::new(),
             table: Table::new(ARCS),
         }
     }
 
     /// Adds a frame that is drawn, with its arcs.
-    pub fn await_frame(&mut self, at: Moment, arcs: Vec<ArcId>) {
-        self.waiting.push_back((at, arcs));
+    pub fn add_frame(&mut self, at: Moment, arcs: Vec<ArcId>) {
+        self.frames.push((at, arcs));
     }
 
-    /// Takes in what is known of arcs of such frames, and writes the frames of which all is known.
-    pub fn push<'j, W: Write>(
+    /// Writes the frames, once there is a report on every arc.
+    pub fn push<W: Write>(
         &mut self,
-        judgements: impl Iterator<Item = &'j ArcReport>,
+        reports: &[ArcReport],
         lines: Timelines,
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
-        self.judged.extend(judgements.map(|j| (j.arc.id, *j)));
-        while let Some((at, arcs)) = self.waiting.pop_front() {
-            if !arcs.iter().all(|arc| self.judged.contains_key(arc)) {
-                self.waiting.push_front((at, arcs));
-                break;
-            }
-            let known: Vec<Known> = arcs
-                .iter()
-                .filter_map(|arc| {
-                    let judgement = self.judged.remove(arc)?;
-                    let sensor = self.sonars.get(arc.sonar.index()).cloned();
-                    let sensor = sensor.unwrap_or_default();
-                    Some(Known { sensor, judgement })
+        if reports.is_empty() {
+            return Ok(());
+        }
+        for (at, arcs) in std::mem::take(&mut self.frames) {
+            let known = arcs.iter().filter_map(|arc| {
+                let place = reports.binary_search_by_key(arc, |report| report.arc.id);
+                let sensor = self.sonars.get(arc.sonar.index()).cloned();
+                Some(Known {
+                    sensor: sensor.unwrap_or_default(),
+                    report: reports.get(place.ok()?)?.clone(),
                 })
-                .collect();
-            self.table.push(at, known, lines, out)?;
+            });
+            self.table.push(at, known.collect::<Vec<_>>(), lines, out)?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
-//! Holds a frame back until every arc in it has its verdict.
+//! Holds a frame back until every arc in it has its label.
 //!
-//! A verdict comes when the sonar's next reading has come, so a frame usually waits for one or
+//! A label comes when the sonar's next reading has come, so a frame usually waits for one or
 //! two more. A sonar that falls silent keeps its last arc undecided until the end; so that the
 //! frames after it need not wait too, a frame that has waited for [`LONGEST_WAIT`] others steps
 //! out of the queue. A sonar has one or two undecided arcs at a time, so few frames ever do.
@@ -11,8 +11,8 @@ use super::table::Moment;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::tmam::arc::Arc;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::Verdict;
 
 /// Frames that may queue behind an undecided one.
 const LONGEST_WAIT: usize = 256;
@@ -24,11 +24,11 @@ pub struct Cell {
     pub sonar: SonarId,
     /// Its arc; `None` where nothing echoed.
     pub arc: Option<Arc>,
-    /// The decision on the arc.
-    pub verdict: Option<Verdict>,
+    /// The arc with its label.
+    pub report: Option<ArcReport>,
 }
 
-/// A frame that waits for its verdicts.
+/// A frame that waits for its labels.
 #[derive(Debug, Clone)]
 pub struct Held {
     /// When the frame was.
@@ -49,7 +49,7 @@ impl Held {
                 .map(|entry| Cell {
                     sonar: entry.sonar,
                     arc: arc_of(entry.sonar),
-                    verdict: None,
+                    report: None,
                 })
                 .collect(),
         }
@@ -60,7 +60,7 @@ impl Held {
         let nothing = |sonar| Cell {
             sonar,
             arc: None,
-            verdict: None,
+            report: None,
         };
         Self {
             moment,
@@ -71,17 +71,17 @@ impl Held {
     fn decided(&self) -> bool {
         self.cells
             .iter()
-            .all(|cell| cell.arc.is_none() || cell.verdict.is_some())
+            .all(|cell| cell.arc.is_none() || cell.report.is_some())
     }
 
-    fn decide(&mut self, verdict: &Verdict) -> bool {
+    fn decide(&mut self, report: &ArcReport) -> bool {
         let cell = self
             .cells
             .iter_mut()
-            .find(|cell| cell.sonar == verdict.arc.sonar && cell.arc.is_some());
+            .find(|cell| cell.sonar == report.arc.id.sonar && cell.arc.is_some());
         match cell {
             Some(cell) => {
-                cell.verdict = Some(*verdict);
+                cell.report = Some(report.clone());
                 true
             }
             None => false,
@@ -117,9 +117,9 @@ impl Hold {
         }
     }
 
-    /// Hands a verdict to the frame of its arc; `false` where no held frame has that arc.
-    pub fn decide(&mut self, verdict: &Verdict) -> bool {
-        let frame = i64::from(verdict.arc.frame);
+    /// Hands a label to the frame of its arc; `false` where no held frame has that arc.
+    pub fn decide(&mut self, report: &ArcReport) -> bool {
+        let frame = i64::from(report.arc.id.frame);
         let at = self.queue.partition_point(|held| held.moment.frame < frame);
         let queued = self.queue.get_mut(at);
         let late = self.late.iter_mut();
@@ -127,7 +127,7 @@ impl Hold {
             .into_iter()
             .chain(late)
             .find(|held| held.moment.frame == frame)
-            .is_some_and(|held| held.decide(verdict))
+            .is_some_and(|held| held.decide(report))
     }
 
     /// Takes a frame that is decided, if there is one.

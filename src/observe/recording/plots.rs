@@ -17,7 +17,7 @@ use super::style::{self, LABELS};
 use super::table::{Instance, Moment, Table, Timelines, put_static};
 use crate::core::event::{Sonar, SonarId};
 use crate::core::rounding::rounded;
-use crate::core::tmam::triple::Evidence;
+use crate::core::tmam::triple::TripleTest;
 
 /// An angle in radians, a chi2, or a place on a lane, rounded as in the trace, so that the two can be compared.
 struct Value(f64);
@@ -82,19 +82,20 @@ impl PlotTables {
         out: &mut RrdWriter<W>,
     ) -> Result<(), Error> {
         let sonars = self.labels.len();
-        let theta_c = by_sonar(held, sonars, |evidence| evidence.angles.theta_c);
-        let theta_i = by_sonar(held, sonars, |evidence| evidence.angles.theta_i);
+        let theta_c = by_sonar(held, sonars, |triple| triple.angles.theta_c);
+        let theta_i = by_sonar(held, sonars, |triple| triple.angles.theta_i);
         self.theta_c.push(held.moment, theta_c, lines, out)?;
         self.theta_i.push(held.moment, theta_i, lines, out)?;
-        let line = by_sonar(held, sonars, |evidence| finite(evidence.opinion.chi2_line));
-        let point = by_sonar(held, sonars, |evidence| finite(evidence.opinion.chi2_point));
+        let line = by_sonar(held, sonars, |triple| finite(triple.test.chi2_line));
+        let point = by_sonar(held, sonars, |triple| finite(triple.test.chi2_point));
         self.chi2_line.push(held.moment, line, lines, out)?;
         self.chi2_point.push(held.moment, point, lines, out)?;
         for cell in &held.cells {
             if let Some(labels) = self.labels.get_mut(cell.sonar.index()) {
                 let state = cell
-                    .verdict
-                    .map(|verdict| State(style::name(verdict.label)));
+                    .report
+                    .as_ref()
+                    .map(|report| State(style::name(report.label)));
                 labels.push(held.moment, state, lines, out)?;
             }
         }
@@ -125,12 +126,12 @@ impl PlotTables {
 }
 
 /// One number per sonar; NaN, which plots as a gap, where the frame has no triple of it.
-fn by_sonar(held: &Held, sonars: usize, pick: fn(&Evidence) -> f64) -> Vec<Value> {
+fn by_sonar(held: &Held, sonars: usize, pick: fn(&TripleTest) -> f64) -> Vec<Value> {
     let mut row: Vec<Value> = (0..sonars).map(|_| Value(f64::NAN)).collect();
     for cell in &held.cells {
-        let evidence = cell.verdict.and_then(|verdict| verdict.evidence);
-        if let (Some(slot), Some(evidence)) = (row.get_mut(cell.sonar.index()), evidence) {
-            *slot = Value(pick(&evidence));
+        let triple = cell.report.as_ref().and_then(|report| report.triple);
+        if let (Some(slot), Some(triple)) = (row.get_mut(cell.sonar.index()), triple) {
+            *slot = Value(pick(&triple));
         }
     }
     row
@@ -152,7 +153,7 @@ fn dots_of(held: &Held, sonars: usize, label: &str) -> Vec<Value> {
     let mut row: Vec<Value> = (0..sonars).map(|_| Value(f64::NAN)).collect();
     for cell in &held.cells {
         let at = cell.sonar.index();
-        let same = cell.verdict.is_some_and(|v| v.label.name() == label);
+        let same = (cell.report.as_ref()).is_some_and(|r| r.label.name() == label);
         if let Some(slot) = row.get_mut(at).filter(|_| same) {
             *slot = Value(at as f64 + above);
         }

@@ -52,10 +52,10 @@ impl SuspectTables {
     }
 
     /// Takes in what is known of arcs.
-    pub fn note(&mut self, judgements: &[ArcReport]) {
-        for judgement in judgements.iter().filter(|judgement| judgement.is_suspect()) {
-            let frame = i64::from(judgement.arc.id.frame);
-            self.found.entry(frame).or_default().push(*judgement);
+    pub fn note(&mut self, reports: &[ArcReport]) {
+        for report in reports.iter().filter(|report| report.is_suspect()) {
+            let frame = i64::from(report.arc.id.frame);
+            self.found.entry(frame).or_default().push(report.clone());
         }
     }
 
@@ -75,17 +75,15 @@ impl SuspectTables {
         for (at, drawn) in &self.frames {
             let found = self.found.remove(&at.frame).filter(|_| *drawn);
             let mut suspects = found.unwrap_or_default();
-            suspects.sort_by_key(|judgement| judgement.arc.id);
+            suspects.sort_by_key(|report| report.arc.id);
             if !suspects.is_empty() || shown {
-                let row = suspects
-                    .iter()
-                    .map(|judgement| self.strip(judgement, origin));
+                let row = suspects.iter().map(|report| self.strip(report, origin));
                 strips.push(*at, row, lines, out)?;
             }
             shown = !suspects.is_empty();
-            for judgement in &suspects {
+            for report in &suspects {
                 let message = Message {
-                    text: self.message(judgement),
+                    text: self.message(report),
                     level: TextLogLevel::WARN,
                     color: style::SUSPECT,
                 };
@@ -96,44 +94,38 @@ impl SuspectTables {
         log.flush(lines, out)
     }
 
-    fn sonar(&self, judgement: &ArcReport) -> &str {
-        let sonar = self.sonars.get(judgement.arc.id.sonar.index());
+    fn sonar(&self, report: &ArcReport) -> &str {
+        let sonar = self.sonars.get(report.arc.id.sonar.index());
         sonar.map_or("?", String::as_str)
     }
 
-    fn strip(&self, judgement: &ArcReport, origin: Origin) -> Strip {
-        let story = story(self.sonar(judgement), &judgement.verdict);
+    fn strip(&self, report: &ArcReport, origin: Origin) -> Strip {
+        let story = story(self.sonar(report), report);
         Strip {
-            points: origin.sweep(&judgement.arc),
+            points: origin.sweep(&report.arc),
             color: None,
-            label: format!("{story}; suspect: {}", why(judgement)),
+            label: format!("{story}; suspect: {}", why(report)),
         }
     }
 
-    fn message(&self, judgement: &ArcReport) -> String {
+    fn message(&self, report: &ArcReport) -> String {
         format!(
             "suspect: {}, frame {}: {}, but {}",
-            self.sonar(judgement),
-            judgement.arc.id.frame,
-            judgement.verdict.label.name(),
-            why(judgement)
+            self.sonar(report),
+            report.arc.id.frame,
+            report.label.name(),
+            why(report)
         )
     }
 }
 
 /// What contradicts the label.
-fn why(judgement: &ArcReport) -> String {
-    if let Some(map) = judgement.map.filter(|map| map.support.kind().is_some()) {
+fn why(report: &ArcReport) -> String {
+    if let Some(map) = report.map.filter(|map| map.support.kind().is_some()) {
         return format!("the map of all readings has a {} there", map.support.name());
     }
-    let label = judgement.verdict.label;
-    let triple = judgement.verdict.evidence.map(|evidence| evidence.opinion);
-    let run = judgement.run.map(|run| run.opinion);
-    let opinions = [triple, judgement.wide, run];
-    let against = opinions
-        .iter()
-        .flatten()
-        .find(|opinion| opinion.contradicts(label));
+    let mut tests = report.tests().map(|(_, test)| test);
+    let against = tests.find(|test| test.contradicts(report.label));
     against.map_or_else(String::new, says)
 }
 

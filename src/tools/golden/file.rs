@@ -17,8 +17,8 @@ use super::rows::Rows;
 use super::tolerance::{Tolerance, ToleranceError};
 use super::unrecorded::{absent_under, unrecorded};
 use crate::core::config::Config;
+use crate::core::log::Log;
 use crate::io::config::file::{ConfigError, check};
-use crate::io::log::Log;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 
 /// The format's name and version.

@@ -5,8 +5,8 @@ use super::*;
 use crate::core::config::Config;
 use crate::core::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
 use crate::core::geometry::Pose2;
+use crate::core::log::Log;
 use crate::io::config::file::{check, parse};
-use crate::io::log::Log;
 
 /// Two sonars on a robot that drives 0.1 m a second past a wall, in numbers on no raster.
 fn good() -> Events {
@@ -51,12 +51,12 @@ fn info(events: Events) -> Info {
             file: "made_up.mcap".into(),
             events,
             messages: 1,
-            channels: Vec::new(),
             losses: Vec::new(),
             notes: Vec::new(),
-            clock_set: None,
             time_notes: Vec::new(),
         },
+        channels: Vec::new(),
+        clock_set: None,
         config: Config::default(),
         obstacles: Vec::new(),
         in_part: false,

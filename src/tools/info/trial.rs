@@ -2,8 +2,8 @@
 
 use super::motion::OdometryFacts;
 use crate::core::config::Config;
+use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay, ReplayError};
-use crate::io::log::Log;
 
 /// What a replay came to.
 #[derive(Debug)]

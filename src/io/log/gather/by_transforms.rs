@@ -7,7 +7,7 @@ use super::moving::{Course, Edge, sounds_like_a_robot};
 use super::renamed::{self, Claim};
 use super::track::{Chosen, Odometry};
 use crate::core::config::Config;
-use crate::io::config::file::glob_set;
+use crate::core::pattern::glob_set;
 use crate::io::log::LogError;
 use crate::io::log::messages::Role;
 

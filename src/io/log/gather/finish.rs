@@ -5,19 +5,24 @@ use super::track::Chosen;
 use crate::core::config::Config;
 use crate::core::event::Events;
 use crate::core::legible::one_line;
+use crate::core::log::Log;
 use crate::core::wording::{counted, counted_with};
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::container::Loss;
 use crate::io::log::messages::Role;
 use crate::io::log::sonars::Placing;
-use crate::io::log::stamps::{self, Clock};
-use crate::io::log::{Log, LogError, leaps, notes, outliers, repeats, strays};
+use crate::io::log::stamps::{self, Clock, ClockSet};
+use crate::io::log::{LogError, leaps, notes, outliers, repeats, strays};
 
 /// A log that can be replayed.
 #[derive(Debug)]
 pub struct Finished {
     /// It; what was left out is among its losses.
     pub log: Log,
+    /// What its channels are.
+    pub channels: Vec<ChannelReport>,
+    /// How the clock of its stamps was set while it was recorded.
+    pub clock_set: Option<ClockSet>,
     /// What kept sonars out.
     pub left_out: Vec<LogError>,
     /// The topic that says where the robot was.
@@ -144,7 +149,7 @@ impl Gatherer {
         let ranges: Vec<&Clock> = self.sources.iter().map(|source| &source.clock).collect();
         let clock_set = stamps::jump(&ranges, &odometry.clock)
             .or_else(|| stamps::returned(&ranges, &odometry.clock));
-        let mut time_notes = Vec::new();
+        let mut time_notes: Vec<String> = clock_set.iter().map(ClockSet::text).collect();
         // Delays to a clock that was set say nothing of another clock.
         if clock_set.is_none() {
             time_notes.extend(stamps::skew(&ranges, &odometry.clock));
@@ -172,13 +177,13 @@ impl Gatherer {
             },
             messages: self.messages + odometry.messages,
             losses: in_lines(lost),
-            channels,
-            notes: in_lines(std::mem::take(notes)),
-            clock_set,
             time_notes,
+            notes: in_lines(std::mem::take(notes)),
         };
         Ok(Finished {
             log,
+            channels,
+            clock_set,
             left_out,
             odometry_topic: odometry.topic,
         })

@@ -6,11 +6,11 @@ use super::*;
 use crate::core::config::Config;
 use crate::core::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
 use crate::core::geometry::{Pose2, Vec2};
+use crate::core::log::Log;
 use crate::core::replay::Replay;
 use crate::core::tmam::feature::Segment;
 use crate::core::tmam::feature::Shape;
 use crate::core::world::{Wall, World};
-use crate::io::log::Log;
 use crate::io::log::truth::RecordedTruth;
 
 /// Two walls, y = 2 from x = -2 to 2 and x = 9 from y = 0 to 1, of which a sensor at the origin
@@ -49,10 +49,8 @@ pub fn heard_in(echoes: i64, world: World) -> Truth {
             odometry: vec![at(0), at(1000)],
         },
         messages: 0,
-        channels: Vec::new(),
         losses: Vec::new(),
         notes: Vec::new(),
-        clock_set: None,
         time_notes: Vec::new(),
     };
     let config = Config::default();

@@ -2,9 +2,9 @@ use super::*;
 use crate::core::config::Config;
 use crate::core::event::{Events, OdometrySample, Sonar};
 use crate::core::geometry::Vec2;
+use crate::core::log::Log;
 use crate::core::tmam::arc::ArcId;
 use crate::core::world::Wall;
-use crate::io::log::Log;
 use crate::io::log::container::{Channel, RawMessage, Schema};
 use crate::io::log::truth::{READING_SCHEMA, WORLD_SCHEMA};
 
@@ -40,10 +40,8 @@ fn log(ranges: &[f64]) -> Log {
             odometry: vec![sample(0), sample(100_000_000)],
         },
         messages: 0,
-        channels: Vec::new(),
         losses: Vec::new(),
         notes: Vec::new(),
-        clock_set: None,
         time_notes: Vec::new(),
     }
 }

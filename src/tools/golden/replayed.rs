@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
-use crate::cli::error::Error;
+use super::collect;
+use super::error::GoldenError;
+use super::file::LogInfo;
+use super::range_noise::RangeNoise;
+use super::results::Results;
 use crate::core::config::Config;
-use crate::core::observer::Observer;
+use crate::core::log::Log;
 use crate::core::replay::Replay;
-use crate::io::log::{self, Log};
-use crate::tools::golden::{Collector, LogInfo, RangeNoise, Results};
+use crate::io::log;
 
 /// A log and what its replay gave.
 #[derive(Debug)]
@@ -26,18 +29,14 @@ pub struct Replayed {
 ///
 /// # Errors
 /// As a replay fails.
-pub fn replay(path: &Path, config: &Config) -> Result<Replayed, Error> {
+pub fn replay(path: &Path, config: &Config) -> Result<Replayed, GoldenError> {
     let log = log::read(path, config)?;
     let (results, echoes) = {
         let replay = Replay::new(&log, config)?;
-        let mut collector = Collector::new(&log.events.sonars);
-        let outcome = {
-            let mut observers: Vec<&mut dyn Observer> = vec![&mut collector];
-            replay.run(&mut observers)?
-        };
+        let outcome = replay.run(&mut [])?;
         let results = Results {
             noise: RangeNoise::of(outcome.variance_from, replay.config()),
-            ..collector.finish(&outcome)
+            ..collect::results(&log.events.sonars, &outcome)
         };
         (results, outcome.tally.echoes)
     };
