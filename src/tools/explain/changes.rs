@@ -12,7 +12,7 @@ use crate::core::tmam::condition::Relation;
 use crate::core::tmam::hypothesis::{Gate, HypothesisTest};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::triple::Angles;
-use crate::io::config::keys::{Bounds, Unit, keys};
+use crate::io::config::keys::{Bounds, KEYS, Unit};
 
 /// A parameter and the bound that it would have to pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ impl Need {
     /// A value with few digits on the right side of the bound, as it is written in the
     /// configuration; `None` where the key does not take any.
     pub fn value(&self) -> Option<f64> {
-        let key = keys().find(|key| key.path == self.key)?;
+        let key = KEYS.iter().find(|key| key.path == self.key)?;
         let inside = |value: f64| match key.unit {
             Unit::Degrees => value.to_radians(),
             Unit::Plain => value,
