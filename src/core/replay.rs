@@ -162,13 +162,13 @@ impl<'a> Replay<'a> {
             Rule::NoiseAware => None,
             Rule::Paper => Some(Tmam::new(&self.noise_aware())),
         };
-        let mut outcome = Outcome::new(self.variance_from, self.tally.clone());
+        let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &self.frames);
         for frame in &self.frames {
             let step = tmam.step(frame);
             if let Some(beside) = &mut predicting {
                 beside.step(frame);
             }
-            outcome.take(frame, &step);
+            outcome.take(&step);
             for observer in &mut *observers {
                 observer.frame(frame, &step)?;
             }

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::core::frames::{Frame, Tally};
-use crate::core::geometry::Vec2;
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::tmam::feature::{Action, Extraction, MapFeature};
 use crate::core::tmam::prediction::MapPrediction;
@@ -41,27 +40,25 @@ pub struct Outcome {
     pub reports: Vec<ArcReport>,
     /// What should have echoed by the map that the noise-aware rule makes of the log.
     pub prediction: MapPrediction,
-    /// Where the last frame opened.
-    last: Option<Vec2>,
 }
 
 impl Outcome {
     /// Before the first step.
-    pub(super) fn new(variance_from: VarianceFrom, tally: Tally) -> Self {
+    pub(super) fn new(variance_from: VarianceFrom, tally: Tally, frames: &[Frame]) -> Self {
+        let places = || frames.iter().map(|frame| frame.world_from_robot.position());
+        let ways = places().zip(places().skip(1)).map(|(a, b)| (b - a).norm());
         Self {
+            frames: frames.last().map_or(0, |last| last.index + 1),
+            frame_stamps: frames.iter().map(|frame| frame.stamp_ns).collect(),
+            distance: ways.fold(0.0, |sum, way| sum + way),
             variance_from,
             tally,
             ..Self::default()
         }
     }
 
-    /// Counts what a frame brought about.
-    pub(super) fn take(&mut self, frame: &Frame, step: &Step) {
-        self.frames = frame.index + 1;
-        self.frame_stamps.push(frame.stamp_ns);
-        let here = frame.world_from_robot.position();
-        let way = self.last.replace(here).map(|last| (here - last).norm());
-        self.distance += way.unwrap_or(0.0);
+    /// Takes in what a frame brought about.
+    pub(super) fn take(&mut self, step: &Step) {
         step.arcs.iter().for_each(|arc| self.scattering.push(arc));
         self.extractions.extend(step.extractions.iter().cloned());
     }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::core::event::SonarId;
 use crate::core::geometry::{Pose2, Vec2, unit};
+use crate::core::tmam::arc::ArcId;
 use proptest::prelude::*;
 
 const BEAM: f64 = 22.5 * std::f64::consts::PI / 180.0;
