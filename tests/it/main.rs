@@ -30,3 +30,4 @@ mod sample_logs;
 mod snapshots;
 mod study;
 mod sweep;
+mod ties;
