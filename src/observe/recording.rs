@@ -47,7 +47,7 @@ use self::log::opening;
 use self::map::Map;
 use self::origin::Origin;
 use self::plots::Limits;
-use self::reports::Reports;
+use self::reports::Shown;
 use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
@@ -77,7 +77,7 @@ pub struct Recording<'a> {
     closed: Closed,
     map: Map,
     robot: Robot,
-    reports: Reports,
+    frames: Vec<Shown>,
     overlay: Overlay,
 }
 
@@ -116,7 +116,7 @@ impl<'a> Recording<'a> {
             closed: Closed::default(),
             map: Map::default(),
             robot: Robot::new(overlay.only.is_some()),
-            reports: Reports::default(),
+            frames: Vec::new(),
             overlay,
         };
         recording.begin(&setting)?;
@@ -190,14 +190,13 @@ impl<'a> Recording<'a> {
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
             self.hold.push(Held::new(at, frame, step));
-            let arcs = step.arcs.iter().map(|arc| arc.id);
-            self.reports.frame(at, arcs.collect());
+            self.frames.push((at, true));
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
             let sonars = self.seen.iter().copied();
             self.hold.push(Held::blank(at, sonars));
-            self.reports.leave(at);
+            self.frames.push((at, false));
         }
         self.take(at, step)?;
         if shows || leaves {
@@ -213,9 +212,9 @@ impl<'a> Recording<'a> {
         for (level, text) in std::mem::take(&mut self.opening) {
             canvas.note(at, level, text)?;
         }
-        for verdict in &step.verdicts {
-            self.hold.decide(verdict);
-            *self.labels.entry(verdict.label.name()).or_default() += 1;
+        for report in &step.labelled {
+            self.hold.decide(report);
+            *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
             arcs::draw(&ready, canvas)?;
@@ -223,11 +222,6 @@ impl<'a> Recording<'a> {
         }
         self.closed.note(step, canvas.origin);
         log::tell(at, &step.extractions, canvas)?;
-        for report in &step.judgements {
-            let is_drawn = self.overlay.shows(report.arc.id.frame);
-            self.reports.note(report, is_drawn);
-        }
-        self.reports.draw(canvas)?;
         self.map.draw(at, step, canvas)
     }
 
@@ -235,6 +229,7 @@ impl<'a> Recording<'a> {
     fn end(&mut self, step: &Step) -> Result<(), Error> {
         let last = self.span.map_or(Moment::new(0, 0), |[_, last]| last);
         self.take(last, step)?;
+        reports::draw_evidence(&step.reports, &self.frames, &mut self.canvas)?;
         let canvas = &mut self.canvas;
         while let Some(ready) = self.hold.drain() {
             arcs::draw(&ready, canvas)?;
@@ -242,21 +237,22 @@ impl<'a> Recording<'a> {
         }
         if self.span.is_some() {
             self.closed.draw(last, canvas)?;
-            let text = self.summary();
+            let text = self.summary(step);
             self.canvas.note(last, TextLogLevel::INFO, text)?;
         }
         let canvas = &mut self.canvas;
         overlay::finish(&self.overlay, last, canvas)?;
         canvas.flush()?;
-        self.reports.draw_suspects(canvas)?;
+        reports::draw_suspects(&step.reports, &self.frames, canvas)?;
         let ends = self.span.as_slice().concat();
         plots::put_last(&self.seen, self.limits, &ends, canvas)?;
         let layout = self.layout();
         blueprint::put(&layout, &mut self.canvas)
     }
 
-    fn summary(&self) -> String {
+    fn summary(&self, step: &Step) -> String {
         let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
+        let suspects = step.reports.iter().filter(|report| report.is_suspect());
         let [walls, points, tentative] = self.map.counts();
         format!(
             "end: {}; {} contact, {} intersection, {} unidentified arcs, {} suspect; {} and {} in the \
@@ -265,7 +261,7 @@ impl<'a> Recording<'a> {
             arcs("contact"),
             arcs("intersection"),
             arcs("unidentified"),
-            self.reports.suspects(),
+            suspects.count(),
             counted(walls as u64, "line"),
             counted(points as u64, "point"),
         )

@@ -19,7 +19,7 @@ use wall::{Place, Wall};
 const SIGMAS: f64 = 3.0;
 
 /// The confirmed features of a map.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MapPrediction {
     walls: Vec<Wall>,
     points: Vec<(u32, Point)>,
