@@ -52,6 +52,7 @@ use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
 use crate::observe::carried::Carried;
@@ -228,6 +229,7 @@ impl<'a> Recording<'a> {
     /// Writes what waited, what is known only now, and the layout that fits it.
     fn end(&mut self, step: &Step) -> Result<(), Error> {
         let last = self.span.map_or(Moment::new(0, 0), |[_, last]| last);
+        self.reports.draw(&step.reports, &mut self.canvas)?;
         self.take(last, step)?;
         reports::draw_evidence(&step.reports, &self.frames, &mut self.canvas)?;
         let canvas = &mut self.canvas;

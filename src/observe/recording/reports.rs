@@ -81,6 +81,13 @@ pub fn draw_suspects(
     canvas.flush()
 }
 
+/// The reports on the arcs of a frame; none where it is not drawn.
+fn of_frame(all: &[ArcReport], at: Moment, is_drawn: bool) -> &[ArcReport] {
+    let before = |last: i64| all.partition_point(|report| i64::from(report.arc.id.frame) < last);
+    let of_frame = all.get(before(at.frame)..before(at.frame + 1));
+    of_frame.filter(|_| is_drawn).unwrap_or_default()
+}
+
 /// What contradicts the label.
 fn why(report: &ArcReport) -> String {
     if let Some(map) = report.map.filter(|map| map.support.kind().is_some()) {
