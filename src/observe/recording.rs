@@ -47,7 +47,7 @@ use self::log::opening;
 use self::map::Map;
 use self::origin::Origin;
 use self::plots::Limits;
-use self::reports::Shown;
+use self::reports::Reports;
 use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
@@ -78,7 +78,7 @@ pub struct Recording<'a> {
     closed: Closed,
     map: Map,
     robot: Robot,
-    frames: Vec<Shown>,
+    reports: Reports,
     overlay: Overlay,
 }
 
@@ -117,7 +117,7 @@ impl<'a> Recording<'a> {
             closed: Closed::default(),
             map: Map::default(),
             robot: Robot::new(overlay.only.is_some()),
-            frames: Vec::new(),
+            reports: Reports::default(),
             overlay,
         };
         recording.begin(&setting)?;
@@ -191,13 +191,13 @@ impl<'a> Recording<'a> {
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
             self.hold.push(Held::new(at, frame, step));
-            self.frames.push((at, true));
+            self.reports.frame(at);
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
             let sonars = self.seen.iter().copied();
             self.hold.push(Held::blank(at, sonars));
-            self.frames.push((at, false));
+            self.reports.leave(at);
         }
         self.take(at, step)?;
         if shows || leaves {
@@ -231,7 +231,6 @@ impl<'a> Recording<'a> {
         let last = self.span.map_or(Moment::new(0, 0), |[_, last]| last);
         self.reports.draw(&step.reports, &mut self.canvas)?;
         self.take(last, step)?;
-        reports::draw_evidence(&step.reports, &self.frames, &mut self.canvas)?;
         let canvas = &mut self.canvas;
         while let Some(ready) = self.hold.drain() {
             arcs::draw(&ready, canvas)?;
@@ -239,22 +238,21 @@ impl<'a> Recording<'a> {
         }
         if self.span.is_some() {
             self.closed.draw(last, canvas)?;
-            let text = self.summary(step);
+            let text = self.summary(&step.reports);
             self.canvas.note(last, TextLogLevel::INFO, text)?;
         }
         let canvas = &mut self.canvas;
         overlay::finish(&self.overlay, last, canvas)?;
         canvas.flush()?;
-        reports::draw_suspects(&step.reports, &self.frames, canvas)?;
+        self.reports.draw_suspects(&step.reports, canvas)?;
         let ends = self.span.as_slice().concat();
         plots::put_last(&self.seen, self.limits, &ends, canvas)?;
         let layout = self.layout();
         blueprint::put(&layout, &mut self.canvas)
     }
 
-    fn summary(&self, step: &Step) -> String {
+    fn summary(&self, reports: &[ArcReport]) -> String {
         let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
-        let suspects = step.reports.iter().filter(|report| report.is_suspect());
         let [walls, points, tentative] = self.map.counts();
         format!(
             "end: {}; {} contact, {} intersection, {} unidentified arcs, {} suspect; {} and {} in the \
@@ -263,7 +261,7 @@ impl<'a> Recording<'a> {
             arcs("contact"),
             arcs("intersection"),
             arcs("unidentified"),
-            suspects.count(),
+            reports.iter().filter(|report| report.is_suspect()).count(),
             counted(walls as u64, "line"),
             counted(points as u64, "point"),
         )

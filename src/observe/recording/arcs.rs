@@ -5,13 +5,14 @@ use super::entity::Entity;
 use super::hold::Held;
 use super::style;
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::triple::{Angles, OnMiddle};
+use crate::core::tmam::triple::{OnMiddle, TripleTest};
 use crate::observe::viewer::Error;
 
 /// Draws the arcs of a decided frame.
 pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let (origin, at) = (canvas.origin, held.moment);
-    let decided = || held.cells.iter().filter_map(|cell| cell.report.as_ref());
+    let cells = held.cells.iter();
+    let decided = || cells.clone().filter_map(|cell| cell.report.as_ref());
     let arcs = decided().map(|report| Strip {
         class: style::class(report.label),
         ..Strip::named(
@@ -26,15 +27,14 @@ pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         Strip::from(vec![origin.xy(arc.center()), origin.xy(ahead)])
     });
     canvas.row(Entity::Beams, at, Row::Strips(beams.collect()))?;
-    let touches = |pick: fn(&Angles) -> OnMiddle| {
+    let touches = |pick: fn(&TripleTest) -> OnMiddle| {
         let triples = decided().filter_map(|report| report.triple.as_ref());
-        let points = triples.flat_map(|triple| pick(&triple.angles));
-        let points = points.flatten().flatten();
+        let points = triples.flat_map(|triple| pick(triple).into_iter().flatten().flatten());
         Row::Dots(points.map(|point| Dot::from(origin.xy(point))).collect())
     };
-    let contact = touches(|angles| angles.contact_points);
-    let intersection = touches(|angles| angles.intersection_points);
+    let contact = touches(|triple| triple.angles.contact_points);
     canvas.row(Entity::ContactPoints, at, contact)?;
+    let intersection = touches(|triple| triple.angles.intersection_points);
     canvas.row(Entity::IntersectionPoints, at, intersection)
 }
 

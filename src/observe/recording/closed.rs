@@ -60,7 +60,7 @@ impl Closed {
     /// Forgets arcs that no open run can reach any more.
     fn forget(&mut self, step: &Step) {
         let unlabelled = step.labelled.iter();
-        let unlabelled = unlabelled.filter(|report| matches!(report.label, Label::Unidentified(_)));
+        let unlabelled = unlabelled.filter(|r| matches!(r.label, Label::Unidentified(_)));
         let closed = step.extractions.iter();
         let closed = closed.filter_map(|extraction| extraction.labelled.last().copied());
         for last in unlabelled.map(|report| report.arc.id).chain(closed) {

@@ -25,7 +25,12 @@ impl Known {
         self.report.triple.as_ref()
     }
 
-    fn window(&self) -> Option<&HypothesisTest> {
+    /// What three readings, the widest window and the whole run support.
+    fn test(&self) -> Option<&HypothesisTest> {
+        Some(&self.triple()?.test)
+    }
+
+    fn wide(&self) -> Option<&HypothesisTest> {
         self.report.window()
     }
 
@@ -63,13 +68,13 @@ pub fn batches(arcs: &[Known]) -> Vec<SerializedComponentBatch> {
         number("theta_i_sigma", |arc| arc.triple()?.spread.theta_i),
         number("margin", |arc| arc.report.margin),
         number("chi2_margin", |arc| arc.report.chi2_margin),
-        word("opinion", |arc| Some(arc.triple()?.test.support.name())),
-        number("chi2_line", |arc| Some(arc.triple()?.test.chi2_line)),
-        number("chi2_point", |arc| Some(arc.triple()?.test.chi2_point)),
-        count("readings", |arc| u32::try_from(arc.window()?.readings).ok()),
-        word("wide_opinion", |arc| Some(arc.window()?.support.name())),
-        number("wide_chi2_line", |arc| Some(arc.window()?.chi2_line)),
-        number("wide_chi2_point", |arc| Some(arc.window()?.chi2_point)),
+        word("opinion", |arc| Some(arc.test()?.support.name())),
+        number("chi2_line", |arc| Some(arc.test()?.chi2_line)),
+        number("chi2_point", |arc| Some(arc.test()?.chi2_point)),
+        count("readings", |arc| u32::try_from(arc.wide()?.readings).ok()),
+        word("wide_opinion", |arc| Some(arc.wide()?.support.name())),
+        number("wide_chi2_line", |arc| Some(arc.wide()?.chi2_line)),
+        number("wide_chi2_point", |arc| Some(arc.wide()?.chi2_point)),
         word("map_opinion", |arc| Some(arc.report.map?.support.name())),
         count("feature", |arc| Some(arc.report.run?.extraction)),
         word("run_opinion", |arc| Some(arc.run()?.support.name())),

@@ -23,7 +23,7 @@ pub struct Cell {
     pub sonar: SonarId,
     /// `None` where nothing echoed.
     pub arc: Option<Arc>,
-    /// The arc with its label.
+    /// Once it has its label.
     pub report: Option<ArcReport>,
 }
 

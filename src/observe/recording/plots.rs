@@ -49,14 +49,13 @@ pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         canvas.row(entity, held.moment, by_sonar(held, sonars, number))?;
     }
     for cell in &held.cells {
-        let label = cell.report.as_ref();
-        let label = label.map(|report| style::name(report.label));
+        let label = (cell.report.as_ref()).map(|report| style::name(report.label));
         let label = Row::Labels(label.into_iter().collect());
         canvas.row(Entity::Labels(cell.sonar), held.moment, label)?;
     }
     for (entity, label, above, _) in DOTS {
         let place = |cell: &Cell| {
-            let same = (cell.report.as_ref()).is_some_and(|report| report.label.name() == label);
+            let same = (cell.report.as_ref()).is_some_and(|r| r.label.name() == label);
             same.then_some(cell.sonar.index() as f64 + above)
         };
         canvas.row(entity, held.moment, by_sonar(held, sonars, place))?;

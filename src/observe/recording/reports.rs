@@ -1,8 +1,8 @@
-//! What is known of arcs once all is known, at the end of the log: the evidence beside each arc, and the
-//! suspects, whose label is contradicted: bright in the map of their frame, and a warning in the log.
+//! What is known of arcs once all is known: the evidence beside each arc, and the suspects, whose label
+//! is contradicted: bright in the map of their frame, and a warning in the log.
 //!
-//! These are rows of their own; evidence is at the entity and the moment of the arcs, an instance for
-//! each arc in their order.
+//! All is known of an arc only at the end of the log, after it was drawn. So evidence has rows of its own,
+//! at the entity and the moment of the arcs, an instance for each arc in their order.
 
 use rerun::components::TextLogLevel;
 
@@ -16,69 +16,67 @@ use crate::core::tmam::hypothesis::HypothesisTest;
 use crate::core::tmam::report::ArcReport;
 use crate::observe::viewer::Error;
 
-/// A frame, with whether its arcs are drawn: what is shown ends with a frame that is not.
-pub type Shown = (Moment, bool);
-
-/// The reports on the arcs of a frame that are drawn.
-fn drawn<'a>(reports: &'a [ArcReport], (at, is_drawn): &Shown) -> &'a [ArcReport] {
-    let frame = |report: &ArcReport| i64::from(report.arc.id.frame);
-    let first = reports.partition_point(|report| frame(report) < at.frame);
-    let rest = reports.get(first..).unwrap_or_default();
-    let count = rest.partition_point(|report| *is_drawn && frame(report) == at.frame);
-    rest.get(..count).unwrap_or_default()
+/// The frames whose arcs are reported on at the end.
+#[derive(Default)]
+pub struct Reports {
+    // Each with whether its arcs are drawn.
+    frames: Vec<(Moment, bool)>,
 }
 
-/// Writes the evidence of every arc; reports are in the order of the arcs.
-pub fn draw_evidence(
-    reports: &[ArcReport],
-    frames: &[Shown],
-    canvas: &mut Canvas<'_>,
-) -> Result<(), Error> {
-    for frame in frames {
-        let known = drawn(reports, frame).iter().map(|report| Known {
-            sensor: canvas.sonar(report.arc.id.sonar).to_owned(),
-            report: report.clone(),
-        });
-        let row = Row::Evidence(known.collect());
-        canvas.row(Entity::Evidence, frame.0, row)?;
+impl Reports {
+    /// Adds a frame that is drawn.
+    pub fn frame(&mut self, at: Moment) {
+        self.frames.push((at, true));
     }
-    Ok(())
-}
 
-/// Writes the suspects.
-pub fn draw_suspects(
-    reports: &[ArcReport],
-    frames: &[Shown],
-    canvas: &mut Canvas<'_>,
-) -> Result<(), Error> {
-    let mut shown = false;
-    for frame in frames {
-        let (at, suspects) = (frame.0, drawn(reports, frame).iter());
-        let suspects = suspects.filter(|report| report.is_suspect());
-        let suspects: Vec<&ArcReport> = suspects.collect();
-        if !suspects.is_empty() || shown {
-            let strips = suspects.iter().map(|report| {
-                let story = story(canvas.sonar(report.arc.id.sonar), report);
-                let name = format!("{story}; suspect: {}", why(report));
-                Strip::named(canvas.origin.sweep(&report.arc), name)
+    /// Notes that from here on nothing is drawn.
+    pub fn leave(&mut self, at: Moment) {
+        self.frames.push((at, false));
+    }
+
+    /// Writes the evidence of all arcs, by frame and sonar.
+    pub fn draw(&self, all: &[ArcReport], canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        for (at, is_drawn) in &self.frames {
+            let known = of_frame(all, *at, *is_drawn).iter().map(|report| Known {
+                sensor: canvas.sonar(report.arc.id.sonar).to_owned(),
+                report: report.clone(),
             });
-            let strips = Row::Strips(strips.collect());
-            canvas.row(Entity::Suspects, at, strips)?;
+            let row = Row::Evidence(known.collect());
+            canvas.row(Entity::Evidence, *at, row)?;
         }
-        shown = !suspects.is_empty();
-        for report in suspects {
-            let ArcId { frame, sonar } = report.arc.id;
-            let (sonar, label) = (canvas.sonar(sonar), report.label.name());
-            let why = why(report);
-            let message = Message {
-                text: format!("suspect: {sonar}, frame {frame}: {label}, but {why}"),
-                level: TextLogLevel::WARN,
-                color: style::SUSPECT,
-            };
-            canvas.row(Entity::SuspectLog, at, Row::Messages(vec![message]))?;
-        }
+        Ok(())
     }
-    canvas.flush()
+
+    /// Writes the suspects among them.
+    pub fn draw_suspects(&self, all: &[ArcReport], canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        let mut shown = false;
+        for (at, is_drawn) in &self.frames {
+            let reports = of_frame(all, *at, *is_drawn).iter();
+            let suspects: Vec<&ArcReport> = reports.filter(|r| r.is_suspect()).collect();
+            if !suspects.is_empty() || shown {
+                let strips = suspects.iter().map(|report| {
+                    let story = story(canvas.sonar(report.arc.id.sonar), report);
+                    let name = format!("{story}; suspect: {}", why(report));
+                    Strip::named(canvas.origin.sweep(&report.arc), name)
+                });
+                let strips = Row::Strips(strips.collect());
+                canvas.row(Entity::Suspects, *at, strips)?;
+            }
+            shown = !suspects.is_empty();
+            for report in &suspects {
+                let ArcId { frame, sonar } = report.arc.id;
+                let (sonar, label) = (canvas.sonar(sonar), report.label.name());
+                let why = why(report);
+                let message = Message {
+                    text: format!("suspect: {sonar}, frame {frame}: {label}, but {why}"),
+                    level: TextLogLevel::WARN,
+                    color: style::SUSPECT,
+                };
+                canvas.row(Entity::SuspectLog, *at, Row::Messages(vec![message]))?;
+            }
+        }
+        canvas.flush()
+    }
 }
 
 /// The reports on the arcs of a frame; none where it is not drawn.
