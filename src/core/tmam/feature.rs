@@ -1,5 +1,7 @@
 //! Features: line segments and points with covariance.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::{Matrix2, Vector2};
 
 use super::arc::ArcId;
@@ -155,27 +157,54 @@ impl Segment {
         (local, covariance)
     }
 
-    /// The same segment with the line that is seen from `origin` at (distance, theta).
-    pub fn with_line_about(
-        self,
-        origin: Vec2,
-        local: Vector2<f64>,
-        covariance: Matrix2<f64>,
-    ) -> Self {
+    /// The line that is seen from `origin` at (distance, theta), without an extent.
+    pub fn of_line_about(origin: Vec2, local: Vector2<f64>, covariance: Matrix2<f64>) -> Self {
         let normal = unit(local.y);
         let along = Vec2::new(-normal.y, normal.x);
+        // Turning the line about the origin moves its foot in the world.
         let world_from_local = Matrix2::new(1.0, origin.dot(&along), 0.0, 1.0);
         Self {
             rho: local.x + origin.dot(&normal),
             theta: local.y,
-            covariance: world_from_local * covariance * world_from_local.transpose(),
+            covariance: world_from_local * covariance * world_from_local.transpose(), // (23)
+            mid: origin + normal * local.x,
+            half_length: 0.0,
+        }
+    }
+
+    /// The direction of its line: its normal turned to the left.
+    pub fn along(&self) -> Vec2 {
+        unit(self.theta + FRAC_PI_2)
+    }
+
+    /// Where it begins and ends along its line, metres.
+    pub fn extent(&self) -> [f64; 2] {
+        let middle = self.mid.dot(&self.along());
+        [middle - self.half_length, middle + self.half_length]
+    }
+
+    /// The same line from `low` to `high` along it.
+    pub fn with_extent(self, [low, high]: [f64; 2]) -> Self {
+        Self {
+            mid: unit(self.theta) * self.rho + self.along() * ((low + high) / 2.0),
+            half_length: (high - low) / 2.0,
             ..self
         }
     }
 
+    /// The same line from the first to the last of some places, projected on it.
+    pub fn reaching_over(self, places: impl IntoIterator<Item = Vec2>) -> Self {
+        let along = self.along();
+        let ways = places.into_iter().map(|place| place.dot(&along));
+        let extent = ways.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], way| {
+            [low.min(way), high.max(way)]
+        });
+        self.with_extent(extent)
+    }
+
     /// The two ends.
     pub fn ends(&self) -> [Vec2; 2] {
-        let along = unit(self.theta + std::f64::consts::FRAC_PI_2) * self.half_length;
+        let along = self.along() * self.half_length;
         [self.mid - along, self.mid + along]
     }
 
@@ -197,7 +226,7 @@ impl Segment {
         let [c12, c21] = [-self.covariance.m12, -self.covariance.m21];
         Self {
             rho: -self.rho,
-            theta: wrap_angle(self.theta + std::f64::consts::PI),
+            theta: wrap_angle(self.theta + PI),
             covariance: Matrix2::new(self.covariance.m11, c12, c21, self.covariance.m22),
             ..self
         }
