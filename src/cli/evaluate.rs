@@ -12,9 +12,10 @@ use crate::core::replay::{Replay, ReplayError};
 use crate::core::world::World;
 use crate::io::log;
 use crate::io::outputs::{Requested, Written};
-use crate::observe::recording::{Evaluated, Recording};
+use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::carried::carried;
+use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth, json, text};
 use crate::tools::golden::LogInfo;
@@ -86,12 +87,8 @@ impl Args {
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {
             if let Some(out) = &mut outputs.recording {
-                let evaluated = Evaluated {
-                    truth: &truth,
-                    evaluation: &evaluation,
-                    map: &outcome.map,
-                };
-                let mut recording = Recording::of_evaluated(out, setting, evaluated)?;
+                let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
+                let mut recording = Recording::new(Some(out), None, setting, overlay)?;
                 kept.show(&mut recording).map_err(ReplayError::from)?;
                 let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
                 recording.close(Some(&carried))?;

@@ -3,6 +3,7 @@
 //! [`Truth`] says what echoed at each arc and which walls and points could be seen at all; a
 //! [`Evaluation`] holds what a replay came to against it. None of it reads or writes anything.
 
+pub mod drawing;
 pub mod errors;
 pub mod extracted;
 pub mod json;
