@@ -26,13 +26,13 @@ pub mod window;
 use std::collections::BTreeMap;
 
 use arc::Arc;
-use feature::{Action, Extraction, Rejection};
+use feature::{Action, Rejection};
 use fit::Fit;
 use hypothesis::{Gate, HypothesisTest};
 use map::Map;
 use rule::Rule;
 use run::Run;
-use step::Step;
+use step::{Extraction, Step};
 use stream::Stream;
 
 use crate::core::config::Config;

@@ -4,8 +4,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::arc::ArcId;
-use super::hypothesis::HypothesisTest;
 pub use super::label::Kind;
 use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
 
@@ -68,37 +66,6 @@ pub enum Action {
     Merged(u32),
     /// Not used.
     Rejected(Rejection),
-}
-
-/// One closed run of equally labelled arcs, and what it gave.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Extraction {
-    /// Counts from 0 in the order of extraction.
-    pub id: u32,
-    /// What the run's label says.
-    pub kind: Kind,
-    /// The run: its labelled arcs, in order.
-    pub labelled: Vec<ArcId>,
-    /// The associated arcs: the run and its neighbour on either side.
-    pub associated: Vec<ArcId>,
-    /// The estimate; `None` where there was none to speak of.
-    pub shape: Option<Shape>,
-    /// Root mean square of range minus prediction, metres; 0 without an estimate.
-    pub residual_rms: f64,
-    /// Iterations of (10) that were made.
-    pub iterations: u32,
-    /// Whether the stopping rule was met.
-    pub converged: bool,
-    /// What all its readings together support, but for those that the fit left out.
-    pub opinion: HypothesisTest,
-    /// Associated arcs that the fit left out.
-    pub outliers: Vec<ArcId>,
-    /// What became of it.
-    pub action: Action,
-    /// The map feature after this extraction; `None` where it was rejected.
-    pub map_feature: Option<MapFeature>,
-    /// Map features that turned out to be the same as this one, and are gone.
-    pub absorbed: Vec<u32>,
 }
 
 /// A registered feature.
@@ -169,6 +136,20 @@ impl Segment {
             covariance: world_from_local * covariance * world_from_local.transpose(), // (23)
             mid: origin + normal * local.x,
             half_length: 0.0,
+        }
+    }
+
+    /// The same segment with the line that is seen from `origin` at (distance, theta).
+    pub fn with_line_about(
+        self,
+        origin: Vec2,
+        local: Vector2<f64>,
+        covariance: Matrix2<f64>,
+    ) -> Self {
+        Self {
+            mid: self.mid,
+            half_length: self.half_length,
+            ..Self::of_line_about(origin, local, covariance)
         }
     }
 
