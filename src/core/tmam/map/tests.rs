@@ -1,3 +1,4 @@
+use super::fusion::signed_like;
 use super::*;
 use crate::core::config::Rule;
 use crate::core::geometry::{Vec2, angle_between, unit};
