@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use super::arc::{Arc, ArcId};
-use super::feature::Extraction;
 use super::hypothesis::Gate;
 use super::label::Label;
 use super::pending::Pending;
 use super::report::{ArcReport, RunTest};
 use super::rule::{Decision, Rule};
 use super::run::{Run, Runs};
+use super::step::Extraction;
 use super::triple::{TripleTest, Way, bend, obstacle};
 use super::window::{AdaptiveWindow, WindowResult};
 use crate::core::config::Config;
