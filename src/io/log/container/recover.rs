@@ -48,6 +48,13 @@ impl<R: Read + Seek> Walker<'_, R> {
                 return self.lose_chunk(at, end, None, Why::NotIndexed(entry.length));
             }
         }
+        // The record before may have lost bytes, and run over this one's beginning.
+        let previous = std::mem::replace(&mut self.previous, at);
+        if let Some(missed) = self.search(previous + 1, at, Some(at))? {
+            let loss = Loss::new(previous, missed - previous, "a part", Why::Prefix);
+            self.losses.add(loss);
+            return Ok(Some(missed));
+        }
         let is_cut = !self.tail.magic && prefix.is_possible() && prefix.end(at) > length;
         let limit = self.limit(at + 1);
         let found = self.search(at + 1, limit, None)?;
