@@ -7,8 +7,8 @@ use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 use tmam_replay::io::log::container::{Loss, Unchecked};
 
-use crate::faults::pristine::{Message, Pristine, read, read_with};
-use crate::faults::raw::{Chunk, channel, end, file, message, record};
+use super::pristine::{Message, Pristine, read, read_with};
+use super::raw::{Chunk, channel, end, file, message, record};
 
 /// Chunks of the log, and messages in each.
 const CHUNKS: u64 = 12;
@@ -85,12 +85,20 @@ fn said(losses: &[Loss]) -> String {
 /// What is read must be the log's own, whole and in order.
 fn holds(bytes: &[u8], own: &[Message], case: &str) -> String {
     let (found, losses) = read(bytes).unwrap();
-    assert!(found == own, "{case}: {} of {}: {losses:#?}", found.len(), own.len());
+    assert!(
+        found == own,
+        "{case}: {} of {}: {losses:#?}",
+        found.len(),
+        own.len()
+    );
     said(&losses)
 }
 
 fn own(log: &Pristine) -> Vec<Message> {
-    log.messages.iter().map(|placed| placed.message.clone()).collect()
+    log.messages
+        .iter()
+        .map(|placed| placed.message.clone())
+        .collect()
 }
 
 #[test]
@@ -110,7 +118,11 @@ fn no_message_of_a_log_inside_an_attachment() {
         let whole = Pristine::new(form, write(options, 1 << 40, attach), true);
         let own = own(&whole);
         assert_eq!(holds(&whole.bytes, &own, form), "");
-        let (_, attachment) = whole.records.iter().find(|(opcode, _)| *opcode == 9).unwrap();
+        let (_, attachment) = whole
+            .records
+            .iter()
+            .find(|(opcode, _)| *opcode == 9)
+            .unwrap();
         let at = attachment.start + 1;
         let length = (attachment.len() - 9) as u64;
         // Records of the inner log begin at these places of the attachment.
@@ -124,7 +136,10 @@ fn no_message_of_a_log_inside_an_attachment() {
             bytes[at..at + 8].copy_from_slice(&lie.to_le_bytes());
             let case = format!("{form}: {lie} for {length}");
             let said = holds(&bytes, &own, &case);
-            assert!(said.contains("an attachment: its length is damaged"), "{case}: {said}");
+            assert!(
+                said.contains("an attachment: its length is damaged"),
+                "{case}: {said}"
+            );
         }
         // Both of its lengths, and its kind: with an index nothing of it is used all the same.
         if form == "index" {
@@ -148,7 +163,9 @@ fn no_message_of_a_log_inside_a_message() {
     for (form, options) in [("index", options()), ("no index", without_summary())] {
         let carry = |writer: &mut mcap::Writer<Cursor<Vec<u8>>>| {
             let schema = writer.add_schema("t/T", "ros2msg", b"int8 a").unwrap();
-            let id = writer.add_channel(schema, "/bag", "cdr", &Default::default()).unwrap();
+            let id = writer
+                .add_channel(schema, "/bag", "cdr", &Default::default())
+                .unwrap();
             let header = MessageHeader {
                 channel_id: id,
                 sequence: 0,
@@ -164,7 +181,10 @@ fn no_message_of_a_log_inside_a_message() {
         assert_eq!(all.len(), others.len() + 1);
         assert_eq!(holds(&whole.bytes, &all, form), "");
         // Its chunk is the one that is longer than the inner log; a byte of it is changed.
-        let carrier = chunks(&whole).into_iter().find(|c| c.len() > inner.len()).unwrap();
+        let carrier = chunks(&whole)
+            .into_iter()
+            .find(|c| c.len() > inner.len())
+            .unwrap();
         for place in [60, 200, carrier.len() / 2, carrier.len() - 1] {
             let mut bytes = whole.bytes.clone();
             bytes[carrier.start + place] ^= 4;
@@ -180,7 +200,10 @@ fn a_chunk_that_the_index_does_not_list_is_not_used() {
     let foreign = Pristine::new("foreign", write(options(), 1 << 20, |_| {}), true);
     let own = own(&log);
     for chunk in &chunks(&log)[1..] {
-        for strange in [&foreign.bytes[chunks(&foreign)[2].clone()], &log.bytes[chunk.clone()]] {
+        for strange in [
+            &foreign.bytes[chunks(&foreign)[2].clone()],
+            &log.bytes[chunk.clone()],
+        ] {
             // A verified index binds wherever the bytes behind have gone.
             let mut bytes = log.bytes.clone();
             bytes.splice(chunk.start..chunk.start, strange.iter().copied());
@@ -211,13 +234,31 @@ fn a_chunk_in_the_place_of_another_is_not_used() {
             }
             let left: Vec<Message> = own(&log).into_iter().filter(|m| !lost(m)).collect();
             let said = holds(&bytes, &left, &format!("{copied} over {over}"));
-            assert!(said.contains(&format!(", {IN_EACH} messages lost: it is not the chunk")), "{said}");
+            assert!(
+                said.contains(&format!(", {IN_EACH} messages lost: it is not the chunk")),
+                "{said}"
+            );
         }
         // Without an index the message indexes tell.
         let bytes = indexed(&without, copied, over);
         let (_, losses) = read(&bytes).unwrap();
         let said = said(&losses);
-        assert!(said.contains(&format!(", {IN_EACH} messages lost: they list")), "{said}");
+        assert!(
+            said.contains(&format!(", {IN_EACH} messages lost: they list")),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn the_index_of_the_second_of_two_logs_does_not_bind_the_first() {
+    let first = plain(options());
+    for second in [write(options(), 1 << 41, |_| {}), first.bytes.clone()] {
+        let second = Pristine::new("second", second, true);
+        let both = [own(&first), own(&second)].concat();
+        let bytes = [&first.bytes[..], &second.bytes].concat();
+        let said = holds(&bytes, &both, "two logs");
+        assert!(said.contains("two were joined"), "{said}");
     }
 }
 
@@ -237,7 +278,10 @@ fn message_indexes_without_their_chunk_are_told() {
         bytes[sum..sum + 4].fill(0);
         bytes.drain(chunk);
         let said = holds(&bytes, &left_of(gone as u64), &format!("chunk {gone}"));
-        assert!(said.contains(&format!(", {IN_EACH} messages lost: they list")), "{said}");
+        assert!(
+            said.contains(&format!(", {IN_EACH} messages lost: they list")),
+            "{said}"
+        );
     }
 }
 
@@ -250,7 +294,10 @@ fn kinds_that_do_not_stand_among_the_data_are_told() {
         let (found, losses) = read(&bytes).unwrap();
         assert_eq!(found.len(), 2, "{opcode}: {losses:?}");
         let said = said(&losses);
-        assert!(said.contains(&format!("its kind, {opcode:#04x}, is none")), "{said}");
+        assert!(
+            said.contains(&format!("its kind, {opcode:#04x}, is none")),
+            "{said}"
+        );
         // And inside a chunk.
         let strange = [records.clone(), record(opcode, &[0; 20])].concat();
         let bytes = file(&[Chunk::plain(&strange).bytes(), end()]);
@@ -267,16 +314,28 @@ fn definitions_that_no_checksum_vouches_for_are_not_used() {
     let sum = crc32fast::hash(&bytes);
     bytes.extend(record(15, &sum.to_le_bytes()));
     bytes.extend(&end()[13..]);
-    assert_eq!(read(&bytes).map(|(found, losses)| (found.len(), losses.len())), Some((1, 0)));
-    let name = bytes.windows(5).position(|window| window == b"/odom").unwrap();
+    assert_eq!(
+        read(&bytes).map(|(found, losses)| (found.len(), losses.len())),
+        Some((1, 0))
+    );
+    let name = bytes
+        .windows(5)
+        .position(|window| window == b"/odom")
+        .unwrap();
     bytes[name + 1] = b'a';
     let (found, losses) = read(&bytes).unwrap();
     assert!(found.is_empty());
     let told = said(&losses);
-    assert!(told.contains("checksum of the data section") && told.contains("trust_unchecked"), "{told}");
+    assert!(
+        told.contains("checksum of the data section") && told.contains("trust_unchecked"),
+        "{told}"
+    );
     let (found, losses) = read_with(&bytes, Unchecked::Used).unwrap();
     assert_eq!(found.len(), 1);
-    assert!(said(&losses).contains("the checksum of the data section"), "{losses:?}");
+    assert!(
+        said(&losses).contains("the checksum of the data section"),
+        "{losses:?}"
+    );
 }
 
 #[test]
@@ -291,7 +350,11 @@ fn a_changed_byte_that_costs_no_message_is_told() {
     };
     let log = Pristine::new("metadata", write(options(), 1 << 40, metadata), true);
     for (opcode, place) in [(12, 14), (7, 16)] {
-        let (_, record) = log.records.iter().find(|(kind, _)| *kind == opcode).unwrap();
+        let (_, record) = log
+            .records
+            .iter()
+            .find(|(kind, _)| *kind == opcode)
+            .unwrap();
         let mut bytes = log.bytes.clone();
         bytes[record.start + place] ^= 1;
         let said = holds(&bytes, &own(&log), &format!("kind {opcode}"));

@@ -2,8 +2,9 @@
 
 use std::io::{self, Read, Seek};
 
-use super::chunk::MAX_CHUNK;
-use super::record::{ChunkHeader, DATA_END, INDEX_ENTRY, INDEX_HEADER, MESSAGE_HEADER, PREFIX, op};
+use super::record::{
+    ChunkHeader, DATA_END, INDEX_ENTRY, INDEX_HEADER, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
+};
 use super::source::Source;
 
 /// Records in a row that are taken for more than chance.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::chunk::MAX_CHUNK;
+use super::record::MAX_CHUNK;
 use crate::core::wording::counted;
 
 /// Something that could not be read from the file, or cannot be trusted.

@@ -3,9 +3,10 @@
 use std::io::{self, Read, Seek};
 
 use super::border::{self, CHAIN, Prefix};
-use super::chunk::MAX_CHUNK;
 use super::loss::{BEHIND, Loss, SUMMARY, Why};
-use super::record::{self, ChunkHeader, MAGIC, MAGIC_LENGTH, MESSAGE_HEADER, PREFIX, op};
+use super::record::{
+    self, ChunkHeader, MAGIC, MAGIC_LENGTH, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
+};
 use super::walker::{Next, Walker, kind};
 
 impl<R: Read + Seek> Walker<'_, R> {

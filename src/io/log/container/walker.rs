@@ -9,12 +9,12 @@ use std::path::Path;
 
 use super::border::{self, CHAIN, Prefix};
 use super::channels::{Delivery, Visit};
-use super::chunk::{self, MAX_CHUNK, Times, Unpacker};
+use super::chunk::{self, Times, Unpacker};
 use super::index::{Index, Listing};
 use super::loss::{Loss, Losses, Why, wider};
 use super::record::{
-    self, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Inner, MAGIC, MAGIC_LENGTH, MESSAGE_HEADER,
-    PREFIX, op,
+    self, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Inner, MAGIC, MAGIC_LENGTH, MAX_CHUNK,
+    MESSAGE_HEADER, PREFIX, op,
 };
 use super::source::Source;
 use super::tail::{Tail, data_agrees};
