@@ -87,7 +87,7 @@ impl Args {
                 let mut collector = Collector::new(setting.sonars);
                 replay.run(&mut [&mut recording, &mut collector])?;
                 let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+                let carried = carried(&setting, &outcome, LogInfo::of(&log), labels)?;
                 recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {

@@ -126,7 +126,7 @@ impl Args {
             let outcome = replay.run(&mut observers)?;
             if let (Some(recording), Some(collector)) = (recording, collector) {
                 let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+                let carried = carried(&setting, &outcome, LogInfo::of(&log), labels)?;
                 lost = recording.close(Some(&carried))?.1;
             }
             outcome

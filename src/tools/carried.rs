@@ -6,7 +6,7 @@ use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::observe::features;
 use crate::observe::recording::Carried;
-use crate::tools::golden::{Labels, LogInfo, RangeNoise, write_labels};
+use crate::tools::golden::{Labels, LabelsFile, LogInfo, RangeSigma};
 
 /// What a recording of the replay carries: the features file, to the byte as `--features` writes it,
 /// and the label of every arc.
@@ -16,14 +16,18 @@ use crate::tools::golden::{Labels, LogInfo, RangeNoise, write_labels};
 pub fn carried(
     setting: &Setting<'_>,
     outcome: &Outcome,
-    log: &LogInfo,
-    labels: &Labels,
+    log: LogInfo,
+    labels: Labels,
 ) -> io::Result<Carried> {
     let mut features = Vec::new();
     features::write(&mut features, setting, outcome)?;
-    let noise = RangeNoise::of(outcome.variance_from, setting.config);
+    let labels = LabelsFile {
+        log,
+        noise: RangeSigma::of(outcome.variance_from, setting.config),
+        labels,
+    };
     Ok(Carried {
         features: String::from_utf8(features).map_err(io::Error::other)?,
-        labels: Some(write_labels(log, noise, labels)?),
+        labels: Some(labels.render()?),
     })
 }

@@ -40,7 +40,8 @@ pub enum Shape {
 }
 
 /// Line or point, where the shape itself may be unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A line segment.
     Line,
