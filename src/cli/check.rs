@@ -111,7 +111,7 @@ impl Args {
             Err(error) => {
                 files.refuse(&error)?;
                 if self.json {
-                    print(&format!("{:#}\n", json::refused(&error)))?;
+                    print(&format!("{:#}\n", refused(&error)))?;
                 }
                 return Err(error);
             }

@@ -1,6 +1,7 @@
 //! Features: line segments and points with covariance.
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 
 use super::arc::ArcId;
 use super::hypothesis::HypothesisTest;

@@ -7,7 +7,7 @@ use super::text::closing;
 use crate::core::exit::Exit;
 use crate::core::geometry::Vec2;
 use crate::core::legible::{inert_line, legible};
-use crate::tools::golden::{Comparison, Difference, Feature, Geometry, SECTIONS, SHOWN, sections};
+use crate::tools::golden::{Comparison, Feature, Geometry, SECTIONS, SHOWN, sections};
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
 const MOST_BYTES: usize = 1_000_000;
@@ -124,7 +124,7 @@ fn numbers(report: &Report) -> Option<[usize; 5]> {
             .filter(|one| one.section() == section);
         of_it
             .map(|one| one.labels().map_or(1, |run| run.arcs.len()))
-            .sum()
+            .sum::<usize>()
     };
     let [_, noise, sonars, map, extracted, labels, borderline] = SECTIONS.map(count);
     Some([noise + sonars, map, extracted, labels, borderline])
