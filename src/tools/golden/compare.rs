@@ -33,9 +33,13 @@ pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Com
             .flat_map(|(g, a)| sonars(g, a, tolerance)),
     );
     let map = features(&golden.map, &actual.map, tolerance);
-    differences.extend(map.into_iter().map(Difference::Map));
+    differences.extend(map.into_iter().map(|one| Difference::Map(Box::new(one))));
     let extracted = features(&golden.extracted, &actual.extracted, tolerance);
-    differences.extend(extracted.into_iter().map(Difference::Extracted));
+    differences.extend(
+        extracted
+            .into_iter()
+            .map(|one| Difference::Extracted(Box::new(one))),
+    );
     if let Some((golden, actual)) = labels {
         let (clear, near) = label_runs(golden, actual, tolerance);
         differences.extend(clear.into_iter().map(Difference::Labels));
@@ -157,7 +161,7 @@ fn features(
     golden: &[Feature],
     actual: &[Feature],
     tolerance: &Tolerance,
-) -> Vec<Box<FeatureDifference>> {
+) -> Vec<FeatureDifference> {
     let partners: BTreeMap<usize, usize> = pairs(golden, actual, tolerance).into_iter().collect();
     let paired: BTreeSet<usize> = partners.values().copied().collect();
     let known = golden.iter().enumerate().filter_map(|(place, feature)| {
@@ -174,7 +178,7 @@ fn features(
         .filter(|(place, _)| !paired.contains(place));
     let new =
         unpaired.filter_map(|(_, feature)| FeatureDifference::new(None, Some(feature), Vec::new()));
-    known.chain(new).map(Box::new).collect()
+    known.chain(new).collect()
 }
 
 /// What moved beyond its tolerance between a feature and its partner.

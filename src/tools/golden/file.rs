@@ -157,16 +157,11 @@ impl Golden {
         let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
         let golden = file.open().map_err(malformed)?;
         let json: Json = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
-        let mut absent = Vec::new();
-        let tolerances = serde_json::to_value(golden.tolerances);
-        names_of_absent(
-            &json["tolerances"],
-            &tolerances.unwrap_or_default(),
-            "tolerances",
-            &mut absent,
-        );
+        let recorded = |key| json.get(key).unwrap_or(&Json::Null);
+        let tolerances = serde_json::to_value(golden.tolerances).unwrap_or_default();
+        let mut absent = absent_in(recorded("tolerances"), &tolerances, "tolerances.");
         if let Some(config) = &golden.config {
-            absent.extend(unrecorded(&json["config"], config));
+            absent.extend(unrecorded(recorded("config"), config));
         }
         Ok((golden, absent))
     }
@@ -286,25 +281,20 @@ fn unfit(reason: impl ToString) -> GoldenError {
 
 /// The names of the parameters that a configuration has and its record does not.
 pub fn unrecorded(recorded: &Json, config: &Config) -> Vec<String> {
-    let mut absent = Vec::new();
-    let config = serde_json::to_value(config).unwrap_or_default();
-    names_of_absent(recorded, &config, "", &mut absent);
-    absent
+    absent_in(
+        recorded,
+        &serde_json::to_value(config).unwrap_or_default(),
+        "",
+    )
 }
 
-fn names_of_absent(recorded: &Json, full: &Json, path: &str, absent: &mut Vec<String>) {
+fn absent_in(recorded: &Json, full: &Json, prefix: &str) -> Vec<String> {
     let (Some(recorded), Some(full)) = (recorded.as_object(), full.as_object()) else {
-        return;
+        return Vec::new();
     };
-    for (key, value) in full {
-        let path = if path.is_empty() {
-            key.clone()
-        } else {
-            format!("{path}.{key}")
-        };
-        match recorded.get(key) {
-            Some(recorded) => names_of_absent(recorded, value, &path, absent),
-            None => absent.push(path),
-        }
-    }
+    let names = full.iter().map(|(key, value)| match recorded.get(key) {
+        Some(recorded) => absent_in(recorded, value, &format!("{prefix}{key}.")),
+        None => vec![format!("{prefix}{key}")],
+    });
+    names.flatten().collect()
 }
