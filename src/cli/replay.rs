@@ -10,14 +10,15 @@ use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::log;
 use crate::io::outputs::Requested;
+use crate::observe::drawing::Overlay;
 use crate::observe::features;
 use crate::observe::progress::Progress;
-use crate::observe::recording::live::{DEFAULT_URL, Live};
-use crate::observe::recording::{self, Recording};
+use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
-use crate::observe::trace::Trace;
+use crate::observe::trace;
+use crate::observe::viewer::{self, DEFAULT_URL};
 use crate::tools::carried::carried;
-use crate::tools::golden::{Collector, LogInfo};
+use crate::tools::golden::LogInfo;
 
 /// Replay a log: record what was seen and decided, extract features
 ///
@@ -94,45 +95,38 @@ impl Args {
             recording: self.output,
             features: self.features,
             trace: self.trace,
-            no_recording: self.no_recording,
+            no_recording: self.no_recording || !viewer::IS_BUILT_IN,
             live: self.connect.is_some() || self.spawn,
             ..Requested::default()
         };
         let mut outputs = requested.open(&self.log)?;
         let url = self.connect.or(self.spawn.then(|| DEFAULT_URL.to_owned()));
-        let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose();
-        let viewer = viewer.map_err(recording::Error::from)?;
+        let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose()?;
 
-        let only_live = outputs.recording.is_none();
         let mut lost = None;
         let outcome = {
             let mut progress = Progress::new(&setting);
-            let file: Option<Box<dyn io::Write + '_>> = match outputs.recording.as_mut() {
-                Some(out) => Some(Box::new(out)),
-                None => viewer.is_some().then(|| Box::new(io::sink()) as _),
-            };
-            let mut recording = file
-                .map(|out| Recording::with_viewer(out, viewer, only_live, setting))
-                .transpose()?;
-            let mut collector = recording.as_ref().map(|_| Collector::new(setting.sonars));
-            let mut trace = outputs.trace.as_mut().map(|out| {
-                let path = out.path().to_owned();
-                Trace::new(out, path, setting)
-            });
+            let file = outputs.recording.as_mut();
+            let file = file.map(|out| out as &mut dyn io::Write);
+            let mut recording = None;
+            if file.is_some() || viewer.is_some() {
+                let overlay = Overlay::default();
+                recording = Some(Recording::new(file, viewer, setting, overlay)?);
+            }
             let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
-            observers.extend(collector.as_mut().map(|c| c as &mut dyn Observer));
-            observers.extend(trace.as_mut().map(|t| t as &mut dyn Observer));
             let outcome = replay.run(&mut observers)?;
-            if let (Some(recording), Some(collector)) = (recording, collector) {
-                let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, LogInfo::of(&log), labels)?;
-                lost = recording.close(Some(&carried))?.1;
+            if let Some(recording) = recording {
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
+                lost = recording.close(Some(&carried))?;
             }
             outcome
         };
         if let Some(out) = &mut outputs.features {
             features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
+        }
+        if let Some(out) = &mut outputs.trace {
+            trace::write(&mut *out, setting.sonars, &outcome).map_err(|s| out.failed(s))?;
         }
         let written = outputs.commit()?;
 

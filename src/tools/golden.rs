@@ -27,7 +27,7 @@ mod report;
 mod results;
 mod tolerance;
 
-pub use collect::{Collector, LogInfo, digest, results_of};
+pub use collect::{LogInfo, digest, labels, results};
 pub use compare::compare;
 pub use difference::{
     Change, Comparison, Difference, FeatureDifference, LabelRun, SECTIONS, State, StrayedArc, Unit,

@@ -4,11 +4,21 @@ use std::path::{Path, PathBuf};
 
 use super::overlay::overlay;
 use super::report::CheckError;
-use crate::core::replay::Replay;
+use crate::core::observer::Kept;
+use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::io::output::{Output, write_whole};
 use crate::observe::recording::Recording;
+use crate::observe::viewer;
 use crate::tools::carried::carried;
-use crate::tools::golden::{Comparison, Golden, LogInfo, Results};
+use crate::tools::golden::{Comparison, Golden};
+
+/// A replay and all that it brought about: what to mark in a recording is known only at its end.
+#[derive(Debug)]
+pub struct Replayed<'a> {
+    pub replay: Replay<'a>,
+    pub outcome: Outcome,
+    pub kept: Kept,
+}
 
 /// A directory for artefacts.
 #[derive(Debug)]
@@ -23,33 +33,36 @@ impl Artifacts {
         Self { directory, around }
     }
 
-    /// Writes the golden file that would make the log pass, and the recording.
+    /// Writes the golden file that would make the log pass, and the recording, where this tmam writes
+    /// recordings.
     ///
     /// # Errors
     /// When one of them cannot be written.
     pub fn write(
         &self,
         log: &Path,
-        replay: &Replay<'_>,
+        replayed: &Replayed<'_>,
         golden: &Golden,
-        results: Results,
+        new: &Golden,
         found: &Comparison,
-    ) -> Result<[PathBuf; 2], CheckError> {
-        let info = LogInfo::of(replay.log());
-        let config = golden.config.clone();
-        let new = Golden::new(Some(info.clone()), config, golden.tolerances, results);
-        let new_path = self.write_golden(log, &new)?;
+    ) -> Result<(PathBuf, Option<PathBuf>), CheckError> {
+        let written = self.write_golden(log, new)?;
+        let (Some(info), true) = (&new.log, viewer::IS_BUILT_IN) else {
+            return Ok((written, None));
+        };
         let [_, path] = artifacts_of(log, &self.directory);
         let mut out = Output::create(&path)?;
-        let setting = replay.setting();
+        let setting = replayed.replay.setting();
         let over = overlay(golden, &new.results, found, self.around);
-        let mut recording = Recording::overlaid(&mut out, setting, over)?;
-        let outcome = replay.run(&mut [&mut recording])?;
-        let labels = new.results.labels.unwrap_or_default();
-        let carried = carried(&setting, &outcome, info, labels)?;
+        let mut recording = Recording::new(Some(&mut out), None, setting, over)?;
+        replayed
+            .kept
+            .show(&mut recording)
+            .map_err(ReplayError::from)?;
+        let carried = carried(&setting, &replayed.outcome, info)?;
         recording.close(Some(&carried))?;
         out.commit()?;
-        Ok([new_path, path])
+        Ok((written, Some(path)))
     }
 
     /// Writes a golden file that a log could have.

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::artifacts::Artifacts;
+use super::artifacts::{Artifacts, Replayed};
 use super::report::{CheckError, CheckResult, Compared, Report};
 use crate::core::config::Config;
 use crate::core::legible::inert_line;
 use crate::core::log::Log;
+use crate::core::observer::Kept;
 use crate::core::replay::{Outcome, Replay};
 use crate::io::config::file::layered;
 use crate::io::config::render::render;
@@ -14,7 +15,7 @@ use crate::io::log::{itemised, read};
 use crate::io::output::write_whole;
 use crate::tools::golden::{
     Difference, Golden, GoldenError, LogInfo, RangeSigma, Results, Tolerance, as_recorded, compare,
-    results_of,
+    results,
 };
 
 /// A log and its golden file.
@@ -25,9 +26,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// Replays the log with the configuration of its golden file and compares. What is kept of a log
-    /// that differs is recorded in a second run, which only such a log pays for: what to mark in a
-    /// recording is known at its end.
+    /// Replays the log with the configuration of its golden file and compares.
     pub fn check(&self, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         if let Some(artifacts) = artifacts {
             artifacts.clear(&self.log);
@@ -50,7 +49,11 @@ impl Job {
         };
         let log = read(&self.log, config)?;
         let replay = Replay::new(&log, config)?;
-        let (results, outcome) = results_of(&replay)?;
+        let mut kept = Kept::default();
+        let outcome = match artifacts {
+            Some(_) => replay.run(&mut [&mut kept])?,
+            None => replay.run(&mut [])?,
+        };
         fit_to_compare(&log, &outcome)?;
         if golden.results.is_empty() {
             return Err(CheckError::Nothing(format!(
@@ -58,6 +61,7 @@ impl Job {
                 self.golden.display()
             )));
         }
+        let results = results(&replay.setting(), &outcome);
         let mut found = compare(&golden.results, &results, &golden.tolerances);
         let info = LogInfo::of(&log);
         if blessed.events_sha256 != info.events_sha256 {
@@ -73,10 +77,17 @@ impl Job {
         });
         report.notes = notes(&golden, &results, &unrecorded);
         if let (Some(artifacts), CheckResult::Differs) = (artifacts, &report.result) {
-            match artifacts.write(&self.log, &replay, &golden, results, &found) {
-                Ok([new, recording]) => {
-                    report.artifacts = vec![new, recording.clone()];
-                    report.recording = Some(recording);
+            let config = golden.config.clone();
+            let new = Golden::new(Some(info), config, golden.tolerances, results);
+            let replayed = Replayed {
+                replay,
+                outcome,
+                kept,
+            };
+            match artifacts.write(&self.log, &replayed, &golden, &new, &found) {
+                Ok((new, recording)) => {
+                    report.artifacts = [new].into_iter().chain(recording.clone()).collect();
+                    report.recording = recording;
                 }
                 Err(error) => report.result = error.into(),
             }
@@ -177,8 +188,10 @@ impl Job {
     fn new_golden(&self, config: Config, tolerances: Tolerance) -> Result<Golden, CheckError> {
         let config = as_recorded(&config)?;
         let log = read(&self.log, &config)?;
-        let (results, outcome) = results_of(&Replay::new(&log, &config)?)?;
+        let replay = Replay::new(&log, &config)?;
+        let outcome = replay.run(&mut [])?;
         fit_to_compare(&log, &outcome)?;
+        let results = results(&replay.setting(), &outcome);
         if results.is_empty() {
             return Err(CheckError::Nothing(format!(
                 "{} gives no feature, and an empty result can never differ",

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use crate::core::wording::counted;
-use crate::observe::recording::{Overlay, Sketched};
+use crate::observe::drawing::{Overlay, Sketched};
 use crate::tools::golden::{
     Comparison, Difference, Feature, FeatureDifference, Geometry, Golden, Results, describe,
 };
@@ -35,6 +35,7 @@ pub fn overlay(
         first_frame: found.first_frame().or(Some(0)),
         about: about(golden, found, around, only.is_some()),
         only,
+        truth: None,
     }
 }
 

@@ -10,7 +10,7 @@ use crate::core::tool::Tool;
 use crate::io::config::file::ConfigError;
 use crate::io::log::LogError;
 use crate::io::output::OutputError;
-use crate::observe::recording;
+use crate::observe::viewer;
 use crate::tools::golden::{Comparison, Feature, GoldenError, ToleranceError, differences_in_json};
 
 /// The name and version of the JSON format.
@@ -105,7 +105,7 @@ pub enum CheckError {
     #[error(transparent)]
     Config(#[from] ConfigError),
     #[error(transparent)]
-    Recording(#[from] recording::Error),
+    Recording(#[from] viewer::Error),
     #[error("cannot form the report: {0}")]
     Report(#[from] std::io::Error),
 }

@@ -11,11 +11,12 @@ use crate::core::replay::{Replay, ReplayError};
 use crate::io::config::file::{ConfigError, check};
 use crate::io::log::{LogError, read};
 use crate::io::schema::{Relation, in_words, of_file, relation};
+use crate::observe::carried::CarriedError;
 use crate::observe::features;
-use crate::observe::recording::{Carried, CarriedError};
+use crate::observe::recording::read_carried;
 use crate::tools::golden::{
     FeaturesFile, Golden, GoldenError, LabelsFile, LogInfo, Results, SCHEMA as GOLDEN, Tolerance,
-    ToleranceError, results_of, unrecorded,
+    ToleranceError, results, unrecorded,
 };
 
 /// One side of a comparison.
@@ -150,17 +151,18 @@ impl Side {
     /// As a replay fails.
     pub fn replayed(path: &Path, config: Config) -> Result<Self, DiffError> {
         let log = read(path, &config)?;
-        let (results, _) = results_of(&Replay::new(&log, &config)?)?;
+        let replay = Replay::new(&log, &config)?;
+        let results = results(&replay.setting(), &replay.run(&mut [])?);
         Ok(Self {
             log: Some(LogInfo::of(&log)),
-            losses: log.losses,
+            losses: log.losses.clone(),
             ..Self::new(path, "log", results)
         })
     }
 
     /// The results that a recording carries.
     fn recorded(path: &Path) -> Result<Self, DiffError> {
-        let carried = Carried::read(path).map_err(|source| DiffError::Recording {
+        let carried = read_carried(path).map_err(|source| DiffError::Recording {
             path: path.to_owned(),
             source,
         })?;

@@ -1,4 +1,4 @@
-//! The results of a replay, gathered by an observer while it runs, and which log they are of.
+//! The results of a replay, and which log they are of.
 
 use std::collections::BTreeMap;
 
@@ -10,159 +10,110 @@ use super::results::{
     sigma_of,
 };
 use crate::core::event::{Events, Sonar, SonarId};
-use crate::core::frames::Frame;
 use crate::core::log::Log;
-use crate::core::observer::{Observer, ObserverError};
-use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::core::observer::Setting;
+use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::feature::{Action, Extraction, MapFeature, Shape};
-use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::{Label, Verdict};
+use crate::core::tmam::label::Label;
+use crate::core::tmam::report::ArcReport;
 
-/// An observer that keeps the label of every arc.
-#[derive(Debug)]
-pub struct Collector {
-    sonars: Vec<Sonar>,
-    /// Number and sum of the ranges of each sonar's arcs.
-    ranges: BTreeMap<SonarId, (u32, f64)>,
-    stamps: BTreeMap<ArcId, i64>,
-    labels: Labels,
-}
-
-/// Replays a log for its results.
-///
-/// # Errors
-/// As the replay fails.
-pub fn results_of(replay: &Replay<'_>) -> Result<(Results, Outcome), ReplayError> {
-    let setting = replay.setting();
-    let mut collector = Collector::new(setting.sonars);
-    let outcome = replay.run(&mut [&mut collector])?;
-    let results = Results {
+/// The results of a replay.
+pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
+    let runs = outcome.extractions.iter();
+    let spans = spans(runs.filter_map(|run| Some((run.map_feature?.id, frames(run)?))));
+    let map = outcome.map.iter();
+    let extractions = outcome.extractions.iter();
+    Results {
+        map: map
+            .map(|one| registered(one, spans.get(&one.id).copied()))
+            .collect(),
+        extracted: extractions
+            .map(|one| extracted(one, setting.sonars))
+            .collect(),
+        labels: Some(labels(setting.sonars, outcome)),
         noise: RangeSigma::of(outcome.variance_from, setting.config),
-        ..collector.finish(&outcome)
+    }
+}
+
+/// The label of every arc.
+pub fn labels(sonars: &[Sonar], outcome: &Outcome) -> Labels {
+    let mut labels = Labels {
+        frame_stamps: outcome.frame_stamps.clone(),
+        measured: measured(sonars, outcome),
+        ..Labels::default()
     };
-    Ok((results, outcome))
+    for report in &outcome.reports {
+        let sonar = name(sonars, Some(&report.arc.id)).unwrap_or_default();
+        let arcs = labels.sonars.entry(sonar).or_default();
+        arcs.push(labelled(report));
+    }
+    for arcs in labels.sonars.values_mut() {
+        arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
+    }
+    labels
 }
 
-impl Collector {
-    pub fn new(sonars: &[Sonar]) -> Self {
-        Self {
-            sonars: sonars.to_vec(),
-            ranges: BTreeMap::new(),
-            stamps: BTreeMap::new(),
-            labels: Labels::default(),
-        }
+/// Mount and mean range of each sonar that gave an arc.
+fn measured(sonars: &[Sonar], outcome: &Outcome) -> BTreeMap<String, Measured> {
+    let mut ranges = BTreeMap::<SonarId, (u32, f64)>::new();
+    for report in &outcome.reports {
+        let (count, sum) = ranges.entry(report.arc.id.sonar).or_default();
+        *count += 1;
+        *sum += report.arc.range;
     }
-
-    /// The results, but for the noise of the ranges.
-    pub fn finish(mut self, outcome: &Outcome) -> Results {
-        for arcs in self.labels.sonars.values_mut() {
-            arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
-        }
-        self.labels.measured = self.measured();
-        let runs = outcome.extractions.iter();
-        let spans = spans(runs.filter_map(|run| Some((run.map_feature?.id, frames(run)?))));
-        let map = outcome.map.iter();
-        let extracted = outcome.extractions.iter();
-        Results {
-            map: map
-                .map(|one| registered(one, spans.get(&one.id).copied()))
-                .collect(),
-            extracted: extracted.map(|one| self.extracted(one)).collect(),
-            labels: Some(self.labels),
-            noise: RangeSigma::Unknown,
-        }
-    }
-
-    fn measured(&self) -> BTreeMap<String, Measured> {
-        let of = |(id, (count, sum)): (&SonarId, &(u32, f64))| {
-            let sonar = self.sonars.get(id.index())?;
-            let mount = sonar.robot_from_sensor;
-            let measured = Measured {
-                mount: [mount.x, mount.y, mount.yaw].map(micro),
-                mean_range: micro(sum / f64::from(*count)),
-            };
-            Some((sonar.name.clone(), measured))
+    let of = |(id, (count, sum)): (&SonarId, &(u32, f64))| {
+        let sonar = sonars.get(id.index())?;
+        let mount = sonar.robot_from_sensor;
+        let measured = Measured {
+            mount: [mount.x, mount.y, mount.yaw].map(micro),
+            mean_range: micro(sum / f64::from(*count)),
         };
-        self.ranges.iter().filter_map(of).collect()
-    }
-
-    fn sonar(&self, arc: Option<&ArcId>) -> Option<String> {
-        self.sonars
-            .get(arc?.sonar.index())
-            .map(|sonar| sonar.name.clone())
-    }
-
-    fn extracted(&self, extraction: &Extraction) -> Feature {
-        let fate = match extraction.action {
-            Action::Registered(_) => "registered",
-            Action::Merged(_) => "merged",
-            Action::Rejected(why) => why.name(),
-        };
-        let mut feature = match &extraction.shape {
-            Some(shape) => shaped(shape),
-            None => Feature::new(Geometry::Unfitted {
-                kind: extraction.kind,
-            }),
-        };
-        feature.id = extraction.id;
-        feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
-        feature.frames = frames(extraction);
-        feature.sensor = self.sonar(extraction.associated.first());
-        feature.fate = Some(fate.to_owned());
-        feature
-    }
-
-    fn take(&mut self, step: &Step) {
-        self.stamps
-            .extend(step.arcs.iter().map(|arc| (arc.id, arc.stamp_ns)));
-        for arc in &step.arcs {
-            let (count, sum) = self.ranges.entry(arc.id.sonar).or_default();
-            *count += 1;
-            *sum += arc.range;
-        }
-        for verdict in &step.verdicts {
-            let Some(stamp_ns) = self.stamps.remove(&verdict.arc) else {
-                continue;
-            };
-            let sonar = self.sonar(Some(&verdict.arc)).unwrap_or_default();
-            self.labels
-                .sonars
-                .entry(sonar)
-                .or_default()
-                .push(labelled(verdict, stamp_ns));
-        }
-    }
+        Some((sonar.name.clone(), measured))
+    };
+    ranges.iter().filter_map(of).collect()
 }
 
-impl Observer for Collector {
-    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError> {
-        self.labels.frame_stamps.push(frame.stamp_ns);
-        self.take(step);
-        Ok(())
-    }
-
-    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        Ok(())
-    }
+fn name(sonars: &[Sonar], arc: Option<&ArcId>) -> Option<String> {
+    let sonar = sonars.get(arc?.sonar.index())?;
+    Some(sonar.name.clone())
 }
 
-fn labelled(verdict: &Verdict, stamp_ns: i64) -> LabelledArc {
+fn extracted(extraction: &Extraction, sonars: &[Sonar]) -> Feature {
+    let fate = match extraction.action {
+        Action::Registered(_) => "registered",
+        Action::Merged(_) => "merged",
+        Action::Rejected(why) => why.name(),
+    };
+    let mut feature = match &extraction.shape {
+        Some(shape) => shaped(shape),
+        None => Feature::new(Geometry::Unfitted {
+            kind: extraction.kind,
+        }),
+    };
+    feature.id = extraction.id;
+    feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
+    feature.frames = frames(extraction);
+    feature.sensor = name(sonars, extraction.associated.first());
+    feature.fate = Some(fate.to_owned());
+    feature
+}
+
+fn labelled(report: &ArcReport) -> LabelledArc {
     LabelledArc {
-        stamp_ns,
-        mark: match verdict.label {
+        stamp_ns: report.arc.stamp_ns,
+        mark: match report.label {
             Label::Contact => Mark::Contact,
             Label::Intersection => Mark::Intersection,
             Label::Unidentified(_) => Mark::Unidentified,
         },
-        frame: Some(verdict.arc.frame),
-        margin: verdict
+        frame: Some(report.arc.id.frame),
+        margin: report
             .margin
             .map(Margin::Angle)
-            .or(verdict.chi2_margin.map(Margin::Chi2)),
-        reason: verdict.label.reason().map(|reason| reason.name()),
+            .or(report.chi2_margin.map(Margin::Chi2)),
+        reason: report.label.reason().map(|reason| reason.name()),
     }
 }
 

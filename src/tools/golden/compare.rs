@@ -15,7 +15,7 @@ use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Range
 use super::tolerance::Tolerance;
 use crate::core::assignment::assign;
 use crate::core::geometry::{Vec2, unit, wrap_angle};
-use crate::core::tmam::feature::Kind;
+use crate::core::tmam::label::Kind;
 
 /// What `actual` has otherwise than `golden`, beyond the tolerance.
 ///

@@ -6,7 +6,7 @@ use serde_json::json;
 use super::results::{Feature, Margin, Mark};
 use super::tolerance::Tolerance;
 use crate::core::rounding::{optional, rounded};
-use crate::core::tmam::feature::Kind;
+use crate::core::tmam::label::Kind;
 
 /// The sections of a report, in its order; the last one fails only with `--strict`.
 pub const SECTIONS: [&str; 7] = [

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::collect::spans;
 use super::results::{Feature, Geometry, Results, sigma_of};
-use crate::core::tmam::feature::Kind;
+use crate::core::tmam::label::Kind;
 
 /// What of `features.json` is compared; the rest is passed over.
 #[derive(Deserialize)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::core::config::Config;
 use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::core::noise_estimate::VarianceFrom;
-use crate::core::tmam::feature::Kind;
+use crate::core::tmam::label::Kind;
 
 /// The results of a replay, or of anything else that finds lines and points.
 ///
