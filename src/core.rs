@@ -11,6 +11,7 @@ pub mod odometry;
 pub mod pattern;
 pub mod replay;
 pub mod rounding;
+pub mod statistics;
 pub mod tmam;
 pub mod tool;
 pub mod truth;

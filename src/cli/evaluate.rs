@@ -14,7 +14,7 @@ use crate::observe::recording::{Evaluated, Recording};
 use crate::observe::report;
 use crate::tools::carried::carried;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::evaluate::{Truth, evaluate, json, text};
+use crate::tools::evaluate::{Truth, evaluate, text, write};
 use crate::tools::golden::{Collector, LogInfo};
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
@@ -90,7 +90,7 @@ impl Args {
                 recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {
-                json::write(&mut *out, &setting, &truth, &evaluation)
+                write(&mut *out, &setting, &truth, &evaluation)
                     .map_err(|source| out.failed(source))?;
             }
             written = outputs.commit()?;

@@ -7,7 +7,7 @@ use super::parameters::Parameters;
 use crate::cli::error::{DONE, Error, INCOMPLETE};
 use crate::io::log::survey::survey;
 use crate::io::output::Output;
-use crate::tools::info::{Info, json, text};
+use crate::tools::info::{Info, text};
 
 /// Tell what a log holds, whether it can be replayed, and what it lacks
 ///
@@ -41,7 +41,7 @@ impl Args {
         let info = Info::new(survey(&self.log, &config)?);
         if self.json {
             let mut out = Output::create(Path::new("-"))?;
-            json::write(&mut out, &info).map_err(|source| out.failed(source))?;
+            info.write(&mut out).map_err(|source| out.failed(source))?;
             out.commit()?;
         } else {
             let text = if self.skeleton {

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use super::extracted::{Extracted, ExtractedScore};
-use super::labels::{Judged, LabelScore};
+use super::labels::{ScoredArc, LabelScore};
 use super::map::{MapScore, is_confirmed};
 use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};
@@ -17,22 +19,27 @@ use crate::core::tmam::step::Step;
 use crate::core::tmam::stream::ArcReport;
 
 /// How a replay did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
-    /// Its labels.
     pub labels: LabelScore,
-    /// Its doubts about them.
+    /// Its doubts about its labels.
     pub suspects: SuspectScore,
-    /// Lines extracted from single runs.
-    pub extracted_lines: ExtractedScore,
-    /// Points extracted from single runs.
-    pub extracted_points: ExtractedScore,
+    /// What was extracted from single runs.
+    pub extracted: Extractions,
     /// Its whole map.
     pub map: MapScore,
     /// The confirmed features of its map.
     pub confirmed: MapScore,
     /// Every arc, in the order they were decided.
-    pub arcs: Vec<Judged>,
+    #[serde(skip)]
+    pub arcs: Vec<ScoredArc>,
+}
+
+/// How the features extracted from single runs did.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Extractions {
+    pub lines: ExtractedScore,
+    pub points: ExtractedScore,
 }
 
 /// Watches a replay.
@@ -65,13 +72,13 @@ impl<'t> Scorer<'t> {
 
     /// The scores of the replay that was watched to its end.
     pub fn evaluate(&self, outcome: &Outcome) -> Evaluation {
-        let arcs: Vec<Judged> = self
+        let arcs: Vec<ScoredArc> = self
             .judgements
             .iter()
             .filter_map(|judgement| {
                 let arc = judgement.arc.id;
                 let target = *self.targets.get(&arc)?;
-                Some(Judged {
+                Some(ScoredArc {
                     arc,
                     label: judgement.verdict.label,
                     target,
@@ -86,8 +93,10 @@ impl<'t> Scorer<'t> {
         Evaluation {
             labels: LabelScore::new(&arcs),
             suspects: SuspectScore::new(&arcs),
-            extracted_lines: ExtractedScore::new(Kind::Line, &extracted, truth),
-            extracted_points: ExtractedScore::new(Kind::Point, &extracted, truth),
+            extracted: Extractions {
+                lines: ExtractedScore::new(Kind::Line, &extracted, truth),
+                points: ExtractedScore::new(Kind::Point, &extracted, truth),
+            },
             map: MapScore::new(outcome.map.iter(), truth),
             confirmed: MapScore::new(outcome.map.iter().filter(|f| is_confirmed(f)), truth),
             arcs,

@@ -12,7 +12,7 @@ use super::doubts::Doubt;
 use super::situation::{Between, Neighbour, Obstacle, Reading, Situation};
 use super::suspects::command;
 use crate::core::observer::Setting;
-use crate::tools::info::tables::{render, table};
+use crate::tools::tables::{render, table};
 pub use suspects::suspects;
 
 /// An arc that passes farther from a place than this is hardly the one that was meant, metres.

@@ -8,7 +8,7 @@ use super::axes::Axis;
 use super::columns::{Better, columns};
 use super::conclusion;
 use crate::core::wording::counted;
-use crate::tools::info::tables::{render, table};
+use crate::tools::tables::{render, table};
 
 /// Reasons of failure that are told.
 const REASONS: usize = 5;

@@ -6,7 +6,7 @@ use super::degrees;
 use crate::tools::explain::Explanation;
 use crate::tools::explain::rule::{Change, Condition};
 use crate::tools::explain::windows::Window;
-use crate::tools::info::tables::{render, table};
+use crate::tools::tables::{render, table};
 
 /// What the rule's part is called.
 pub fn title(told: &Explanation) -> &'static str {

@@ -6,7 +6,7 @@ use crate::core::observer::Setting;
 use crate::core::wording::counted;
 use crate::tools::explain::doubts::Doubt;
 use crate::tools::explain::suspects::{Suspect, Suspects};
-use crate::tools::info::tables::{render, table};
+use crate::tools::tables::{render, table};
 
 /// The worst suspects of a replay. `log` is how the log was named on the command line.
 pub fn suspects(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
