@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::extracted::{Extracted, ExtractedScore};
-use super::labels::{ScoredArc, LabelScore};
+use super::labels::{LabelScore, ScoredArc};
 use super::map::{MapScore, is_confirmed};
 use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};

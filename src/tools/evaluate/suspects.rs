@@ -65,8 +65,9 @@ impl SuspectScore {
         let wrong = labels.len() as u64 - right;
         let score = |is_suspect: &dyn Fn(&ScoredArc) -> bool| {
             let suspects = labels.iter().filter(|(arc, _)| is_suspect(arc));
-            let (found_right, found_wrong): (Vec<_>, Vec<_>) = suspects.partition(|(_, right)| *right);
-            let (right_accused, wrong_found) = (found_right.len() as u64, found_wrong.len() as u64);
+            let (right_ones, wrong_ones): (Vec<_>, Vec<_>) =
+                suspects.map(|(_, right)| *right).partition(|right| *right);
+            let (right_accused, wrong_found) = (right_ones.len() as u64, wrong_ones.len() as u64);
             Gate {
                 suspects: wrong_found + right_accused,
                 wrong_found,

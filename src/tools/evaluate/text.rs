@@ -119,9 +119,7 @@ fn suspects(score: &SuspectScore) -> String {
             ("of wrong %", &|(_, gate)| percent(gate.recall)),
             ("precision %", &|(_, gate)| percent(gate.precision)),
             ("right accused", &|(_, gate)| gate.right_accused.to_string()),
-            ("of right %", &|(_, gate)| {
-                percent(gate.right_accused_share)
-            }),
+            ("of right %", &|(_, gate)| percent(gate.right_accused_share)),
         ],
         &rows,
     )
@@ -129,7 +127,8 @@ fn suspects(score: &SuspectScore) -> String {
 
 fn map(score: &MapScore) -> String {
     type Row<'a> = (&'a str, &'a KindScore);
-    let where_known = |x: Option<f64>, told: &dyn Fn(f64) -> String| x.map_or_else(String::new, told);
+    let where_known =
+        |x: Option<f64>, told: &dyn Fn(f64) -> String| x.map_or_else(String::new, told);
     let mut text = listed::<Row<'_>>(
         1,
         &[
@@ -179,16 +178,17 @@ fn errors(evaluation: &Evaluation) -> String {
         ("lines", &evaluation.extracted.lines),
         ("points", &evaluation.extracted.points),
     ];
-    let in_map = |name: &str, kind| -> Row<'_> {
-        let KindScore {
-            matches, errors, ..
-        } = kind;
-        (format!("map {name}"), matches.len() as u64, errors)
-    };
-    let mut rows = vec![
-        in_map("lines", &evaluation.map.lines),
-        in_map("points", &evaluation.map.points),
+    let in_map = [
+        ("lines", &evaluation.map.lines),
+        ("points", &evaluation.map.points),
     ];
+    let in_map = in_map.into_iter();
+    let mut rows: Vec<Row<'_>> = in_map
+        .map(|(name, kind)| {
+            let matched = kind.matches.len() as u64;
+            (format!("map {name}"), matched, &kind.errors)
+        })
+        .collect();
     for (name, score) in extracted {
         let near = &score.near_errors;
         rows.push((

@@ -262,10 +262,7 @@ impl Truth {
             };
             there.is_some_and(|there| boxes_meet(ends, there))
         };
-        let near = self
-            .reflectors(shape.kind())
-            .into_iter()
-            .filter(is_near);
+        let near = self.reflectors(shape.kind()).into_iter().filter(is_near);
         near.filter_map(|reflector| {
             let comparison = compare(shape, reflector, &self.world)?;
             Some((reflector, comparison, comparison.cost?))

@@ -11,8 +11,8 @@ use super::trial::{Replayable, wider_gap};
 use crate::core::legible::one_line;
 use crate::core::replay::ReplayError;
 use crate::io::config::keys;
-use crate::io::log::{LogError, MissingMount};
 use crate::io::log::survey::{PLACEHOLDER_BEAM_WIDTH, PLACEHOLDER_MAX_RANGE};
+use crate::io::log::{LogError, MissingMount};
 
 /// Keys by section, in the order in which they came up.
 #[derive(Debug, Default)]
@@ -79,8 +79,7 @@ pub fn skeleton(facts: &Facts, obstacles: &[LogError]) -> Option<String> {
 
 const DATA_SHEET: &str = "deg, full angle: see the data sheet";
 const TO_THE_LEFT: &str = "m, to the left";
-const MEASURE: &str =
-    "m in the robot's frame: measure these; any name will do for the sonar";
+const MEASURE: &str = "m in the robot's frame: measure these; any name will do for the sonar";
 const TO_ITS_POINTS: &str = "deg, counter-clockwise: where its points lie, seen from the robot";
 const NO_ECHO: &str = "m: see the data sheet; a point at this distance is no echo";
 
@@ -171,10 +170,14 @@ fn parameters(sections: &mut Sections, facts: &Facts) {
             sections.add("frames", "max_odometry_gap", Value::Float(gap), comment);
         }
     }
-    let narrow = facts.replay.refused.iter().find_map(|refusal| match refusal {
-        ReplayError::GammaBeyondBeam { beam_width, .. } => Some(beam_width),
-        _ => None,
-    });
+    let narrow = facts
+        .replay
+        .refused
+        .iter()
+        .find_map(|refusal| match refusal {
+            ReplayError::GammaBeyondBeam { beam_width, .. } => Some(beam_width),
+            _ => None,
+        });
     if let Some(beam_width) = narrow {
         sections.add(
             "triple",

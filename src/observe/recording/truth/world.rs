@@ -27,8 +27,13 @@ pub fn put_missed<W: Write>(
     out: &mut RrdWriter<W>,
 ) -> Result<(), Error> {
     let map = &evaluation.map;
-    put_walls("/world/truth/missed_walls", truth, &map.lines.missed, out)?;
-    put_points("/world/truth/missed_points", truth, &map.points.missed, out)
+    let missed = [&map.lines, &map.points].map(|kind| {
+        let missed = kind.missed.iter();
+        missed.map(|missed| missed.reflector).collect::<Vec<_>>()
+    });
+    let [walls, points] = &missed;
+    put_walls("/world/truth/missed_walls", truth, walls, out)?;
+    put_points("/world/truth/missed_points", truth, points, out)
 }
 
 fn all(count: usize, of: fn(usize) -> Reflector) -> Vec<Reflector> {
