@@ -4,11 +4,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::Arc;
 
-use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
+
+/// The binary.
+pub const TMAM: &str = env!("CARGO_BIN_EXE_tmam");
 
 /// A sample log of the repository.
 pub fn sample(name: &str) -> PathBuf {
@@ -60,15 +63,31 @@ impl Bench {
 
     /// Runs `tmam` there; arguments are separated by blanks, `{}` stands for `log`.
     pub fn tmam(&self, log: &Path, arguments: &str) -> Run {
-        let output = Command::cargo_bin("tmam")
-            .unwrap()
-            .args(arguments.split_whitespace().map(|word| match word {
-                "{}" => log.as_os_str().to_owned(),
-                word => word.into(),
-            }))
-            .current_dir(self.0.path())
-            .output()
-            .unwrap();
+        let arguments = arguments.split_whitespace().map(|word| match word {
+            "{}" => log.as_os_str().to_owned(),
+            word => word.into(),
+        });
+        self.run(Command::new(TMAM).args(arguments))
+    }
+
+    /// Runs a line of a shell there, with `tmam` on the path.
+    pub fn sh(&self, line: &str) -> Run {
+        let folder = Path::new(TMAM).parent().unwrap();
+        let before = std::env::var_os("PATH").unwrap();
+        let folders = [folder.to_owned()]
+            .into_iter()
+            .chain(std::env::split_paths(&before));
+        let path = std::env::join_paths(folders).unwrap();
+        self.run(Command::new("sh").args(["-c", line]).env("PATH", path))
+    }
+
+    /// As on the machine of a person, whatever the machine that runs the tests is.
+    fn run(&self, command: &mut Command) -> Run {
+        command
+            .env_remove("CI")
+            .env_remove("GITHUB_ACTIONS")
+            .env_remove("GITHUB_STEP_SUMMARY");
+        let output = command.current_dir(self.0.path()).output().unwrap();
         Run {
             code: output.status.code().expect("ended by itself"),
             stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
