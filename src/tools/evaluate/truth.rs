@@ -134,8 +134,8 @@ pub struct Truth {
     world: World,
     recorded: BTreeMap<(i64, SonarId), Target>,
     agreeing_range: f64,
-    walls_seen: Vec<u64>,
-    points_seen: Vec<u64>,
+    /// How often each wall and point echoed.
+    seen: BTreeMap<Reflector, u64>,
 }
 
 impl Truth {
@@ -176,8 +176,7 @@ impl Truth {
         let mut truth = Self {
             recorded: BTreeMap::new(),
             agreeing_range,
-            walls_seen: vec![0; world.walls().len()],
-            points_seen: vec![0; world.points().len()],
+            seen: BTreeMap::new(),
             world,
         };
         if is_own {
@@ -239,11 +238,7 @@ impl Truth {
 
     /// How often a wall or point echoed.
     pub fn echoes(&self, reflector: Reflector) -> u64 {
-        let seen = match reflector {
-            Reflector::Line(index) => self.walls_seen.get(index),
-            Reflector::Point(index) => self.points_seen.get(index),
-        };
-        seen.copied().unwrap_or_default()
+        self.seen.get(&reflector).copied().unwrap_or_default()
     }
 
     /// The walls, or points, that a feature can be, with how well it fits each and at what cost.
@@ -333,8 +328,8 @@ impl Truth {
 
     fn check(&self, reflector: Reflector, file: &str) -> Result<(), TruthError> {
         let (kind, index, known) = match reflector {
-            Reflector::Line(index) => ("wall", index, self.walls_seen.len()),
-            Reflector::Point(index) => ("point", index, self.points_seen.len()),
+            Reflector::Line(index) => ("wall", index, self.world.walls().len()),
+            Reflector::Point(index) => ("point", index, self.world.points().len()),
         };
         if index < known {
             return Ok(());
@@ -353,20 +348,12 @@ impl Truth {
         let setting = replay.setting();
         let track = Track::new(&replay.log().events.odometry, &setting.config.frames)
             .with_range_delay(setting.config.input.range_delay);
-        for reading in replay.readings() {
-            if reading.classify() != Return::Echo {
-                continue;
-            }
-            let Some(target) = self.reading_target(replay, &track, reading) else {
-                continue;
-            };
-            let seen = match target {
-                Target::Reflector(Reflector::Line(index)) => self.walls_seen.get_mut(index),
-                Target::Reflector(Reflector::Point(index)) => self.points_seen.get_mut(index),
-                Target::Other(_) => None,
-            };
-            if let Some(seen) = seen {
-                *seen += 1;
+        let echoes = replay
+            .readings()
+            .filter(|reading| reading.classify() == Return::Echo);
+        for reading in echoes {
+            if let Some(Target::Reflector(of)) = self.reading_target(replay, &track, reading) {
+                *self.seen.entry(of).or_default() += 1;
             }
         }
     }
