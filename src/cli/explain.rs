@@ -101,7 +101,9 @@ impl Args {
             let most = usize::try_from(most).unwrap_or(usize::MAX);
             let (outcome, list) = suspects::list(&replay, &sonars, most)?;
             if self.json {
-                Output::whole(Path::new("-"), |out| json::write_suspects(out, &setting, &list))?;
+                Output::whole(Path::new("-"), |out| {
+                    json::write_suspects(out, &setting, &list)
+                })?;
             } else {
                 show(&text::suspects(&setting, &named, &list), false);
             }

@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 use self::lengths::Lengths;
 pub use self::pairing::Match;
 use self::pairing::Pairing;
-use super::matching::Errors;
+use super::matching::{Errors, index};
 use super::truth::Truth;
 use crate::core::rounding::optional;
 use crate::core::tmam::feature::{Kind, MapFeature, Status};
@@ -165,10 +165,6 @@ fn shown<S: Serializer>(pairs: &[(u32, Reflector)], serializer: S) -> Result<S::
         id: *id,
         index: reflector.index(),
     }))
-}
-
-fn index<S: Serializer>(reflector: &Reflector, serializer: S) -> Result<S::Ok, S::Error> {
-    reflector.index().serialize(serializer)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix2, Vector2};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::core::rounding::{number, optional};
@@ -70,6 +70,14 @@ pub fn compare(shape: &Shape, reflector: Reflector, world: &World) -> Option<Com
         }
         _ => None,
     }
+}
+
+/// Serialises a wall or point by its place among those of the world.
+///
+/// # Errors
+/// When the serializer fails.
+pub fn index<S: Serializer>(reflector: &Reflector, serializer: S) -> Result<S::Ok, S::Error> {
+    reflector.index().serialize(serializer)
 }
 
 /// The place of a wall's line that is nearest to `place`, or the point itself.

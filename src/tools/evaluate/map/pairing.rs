@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::core::assignment::assign;
 use crate::core::geometry::unit;
 use crate::core::tmam::feature::{Kind, MapFeature, Shape};
 use crate::core::world::Reflector;
-use crate::tools::evaluate::matching::{Comparison, TrueLine};
+use crate::tools::evaluate::matching::{Comparison, TrueLine, index};
 use crate::tools::evaluate::truth::{Origin, Truth};
 
 /// A line shows another wall as well when it covers at least this share of the shorter of the two,
@@ -181,8 +181,4 @@ fn lies_apart(shape: &Shape, other: &Shape) -> bool {
     let (low, high) = (a.min(b), a.max(b));
     let beside = high.min(segment.half_length) - low.max(-segment.half_length);
     beside < MOST * 2.0 * segment.half_length
-}
-
-fn index<S: Serializer>(reflector: &Reflector, serializer: S) -> Result<S::Ok, S::Error> {
-    reflector.index().serialize(serializer)
 }
