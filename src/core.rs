@@ -13,6 +13,7 @@ pub mod pattern;
 pub mod replay;
 pub mod rounding;
 pub mod statistics;
+pub mod ties;
 pub mod tmam;
 pub mod tool;
 pub mod truth;

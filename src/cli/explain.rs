@@ -14,7 +14,7 @@ use crate::io::output::{Output, show};
 use crate::observe::report;
 use crate::tools::evaluate::Truth;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::explain::{Question, Which, explain, json, suspects, text};
+use crate::tools::explain::{Question, Which, explain, suspects, text, write_json};
 
 /// Tell the whole story of one arc: why it was labelled so, and what would have changed that
 ///
@@ -91,7 +91,9 @@ impl Args {
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
             let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
             if self.json {
-                Output::whole(Path::new("-"), |out| json::write(out, &setting, &told))?;
+                Output::whole(Path::new("-"), |out| {
+                    write_json(out, "tmam.explanation/1", &setting, &told)
+                })?;
             } else {
                 show(&text::text(&setting, &named, &told), false);
             }
@@ -102,10 +104,10 @@ impl Args {
             let (outcome, list) = suspects::list(&replay, &sonars, most)?;
             if self.json {
                 Output::whole(Path::new("-"), |out| {
-                    json::write_suspects(out, &setting, &list)
+                    write_json(out, "tmam.suspects/1", &setting, &list)
                 })?;
             } else {
-                show(&text::suspects(&setting, &named, &list), false);
+                show(&suspects::text(&setting, &named, &list), false);
             }
             (outcome, list.labels > 0)
         };

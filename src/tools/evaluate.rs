@@ -1,8 +1,7 @@
 //! How well a replay did, where the truth is known.
 //!
-//! [`Truth`] says what echoed at each arc and which walls and points could be seen at all; a
-//! [`Scorer`] watches a replay and ends in an [`Evaluation`]. None of it reads or writes anything:
-//! a sweep over configurations makes the truth once and a scorer for each run.
+//! [`Truth`] says what echoed at each arc and which walls and points could be seen at all; an
+//! [`Evaluation`] holds what a replay came to against it.
 
 pub mod drawing;
 pub mod extracted;
@@ -21,25 +20,13 @@ use serde::Serialize;
 use crate::core::config::Config;
 use crate::core::event::Sonar;
 use crate::core::observer::{Setting, Source};
-use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::rounding::{number, optional};
 use crate::tools::document;
 use labels::ScoredArc;
 use matching::{LINE_ANGLE, LINE_OFFSET, POINT_DISTANCE};
-pub use scorer::{Evaluation, Scorer};
+pub use scorer::Evaluation;
 use truth::{AGREEING_SIGMAS, Origin, Target, VISIBLE};
 pub use truth::{Truth, TruthError};
-
-/// Runs a replay and scores it.
-///
-/// # Errors
-/// When there is nothing to replay.
-pub fn evaluate(replay: &Replay<'_>, truth: &Truth) -> Result<(Outcome, Evaluation), ReplayError> {
-    let mut scorer = Scorer::new(truth);
-    let outcome = replay.run(&mut [&mut scorer])?;
-    let evaluation = scorer.evaluate(&outcome);
-    Ok((outcome, evaluation))
-}
 
 #[derive(Serialize)]
 struct Content<'a> {

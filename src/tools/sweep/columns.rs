@@ -117,7 +117,7 @@ pub fn ranking(with_truth: bool) -> impl Iterator<Item = &'static Column> {
     } else {
         &["bits", "sound_share"]
     };
-    let found = |name| columns(with_truth).find(|column| column.name == name);
+    let found = move |name| columns(with_truth).find(|column| column.name == name);
     names.iter().copied().filter_map(found)
 }
 

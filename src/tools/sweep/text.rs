@@ -8,8 +8,8 @@ use super::grid::Axis;
 use super::result::{Difference, Lead, Sweep};
 use crate::core::legible::one_line;
 use crate::core::wording::counted;
+use crate::io::log::itemised;
 use crate::tools::tables::{render, table};
-use itemised;
 
 /// Reasons of failure that are told.
 const REASONS: usize = 5;
