@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use super::statistics::{median, quantile, rate, seconds};
 use crate::core::config::Config;
 use crate::core::event::{Events, OdometrySample};
 use crate::core::geometry::angle_between;
 use crate::core::odometry::Track;
 use crate::core::rounding::{number, optional};
+use crate::core::statistics::{median, quantile, rate, seconds};
 use crate::io::log::leaps::neighbours;
 
 /// The odometry.

@@ -1,4 +1,4 @@
-//! Small sums that several facts need.
+//! Small sums that several tools need.
 
 /// The middle of sorted values; the upper one of two.
 pub fn median(sorted: &[f64]) -> Option<f64> {
@@ -11,13 +11,14 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     sorted.get((share * last as f64) as usize).copied()
 }
 
+/// `part / whole`; `None` of nothing.
+pub fn share(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
 /// `part / whole`; 0 of nothing.
 pub fn fraction(part: u64, whole: u64) -> f64 {
-    if whole == 0 {
-        0.0
-    } else {
-        part as f64 / whole as f64
-    }
+    share(part, whole).unwrap_or(0.0)
 }
 
 /// Events per second; `None` where no time passed.
@@ -40,14 +41,9 @@ mod tests {
         assert_eq!(median(&[]), None);
         assert_eq!(quantile(&[], 0.9), None);
         assert_eq!(median(&[1.0, 2.0]), Some(2.0));
-        assert_eq!(
-            quantile(
-                &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0],
-                0.9
-            ),
-            Some(9.0)
-        );
+        let eleven: Vec<f64> = (0..=10).map(f64::from).collect();
+        assert_eq!(quantile(&eleven, 0.9), Some(9.0));
         assert_eq!(rate(5, 3, 3), None);
-        assert_eq!(fraction(1, 0), 0.0);
+        assert_eq!((fraction(1, 0), share(1, 0)), (0.0, None));
     }
 }
