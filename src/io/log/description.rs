@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use urdf_rs::JointType;
 
-use super::messages::TransformMessage;
+use super::message::TransformMessage;
 
 /// Elements nested deeper than this are no robot's: the parser would run out of stack.
 const DEEPEST: usize = 200;

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 pub use lists::itemised;
 pub use missing::{MissingMount, UnplacedRing};
 
-use super::messages::MOST_SONARS;
+use super::message::MOST_SONARS;
 use crate::core::legible::one_line;
 use crate::core::pattern::PatternError;
 use lists::{because, carried, lines, moves};

@@ -15,8 +15,9 @@ pub use stand_in::STAND_IN;
 
 use nalgebra::Isometry3;
 
+use super::channels::Message;
 use super::description;
-use super::messages::{Content, HitsMessage, MOST_SONARS, OdometryMessage, RangeMessage, Role};
+use super::message::{Content, HitsMessage, MOST_SONARS, OdometryMessage, RangeMessage, Role};
 use super::sonars::{Source, SourceKey};
 use super::transforms::{Origin, TransformTree};
 use crate::core::event::{OdometrySample, RangeReading, SonarId};
@@ -51,9 +52,10 @@ const MOST_DESCRIPTIONS: usize = 16;
 
 impl Gatherer {
     /// Takes what one message says.
-    pub fn take(&mut self, role: Role, topic: &str, log_time: u64, content: Content) {
+    pub fn take(&mut self, message: Message<'_>, log_time: u64) {
+        let (role, topic) = (message.role, message.topic);
         let logged_ns = i64::try_from(log_time).unwrap_or(i64::MAX);
-        match content {
+        match message.content {
             Content::Ranges(ranges) => {
                 self.messages += 1;
                 self.unstamped += u64::from(ranges.first().is_some_and(|r| r.stamp_ns == 0));

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::channels::ChannelReport;
 use super::container::Loss;
-use super::messages::Role;
+use super::message::Role;
 use super::strays::few;
 use crate::core::legible::one_line;
 use crate::core::wording::counted;

@@ -92,9 +92,8 @@ impl Visits {
 
     pub(super) fn take(&mut self, channel: &Channel, message: RawMessage<'_>) {
         let budget = &mut self.budget;
-        if let Some((role, content)) = self.channels.read(channel, message, budget) {
-            let topic = &channel.topic;
-            self.gatherer.take(role, topic, message.log_time, content);
+        if let Some(read) = self.channels.read(channel, message, budget) {
+            self.gatherer.take(read, message.log_time);
         }
     }
 

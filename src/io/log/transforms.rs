@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::messages::TransformMessage;
+use super::message::TransformMessage;
 use crate::core::config::SonarOverride;
 use crate::core::geometry::Pose2;
 

@@ -9,7 +9,7 @@ use super::track::{Chosen, Odometry};
 use crate::core::config::Config;
 use crate::core::pattern::glob_set;
 use crate::io::log::LogError;
-use crate::io::log::messages::Role;
+use crate::io::log::message::Role;
 
 impl Gatherer {
     /// The transform that moves the robot, where no message of another kind says as often where it is.

@@ -9,7 +9,7 @@ use crate::core::log::Log;
 use crate::core::wording::{counted, counted_with};
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::container::Loss;
-use crate::io::log::messages::Role;
+use crate::io::log::message::Role;
 use crate::io::log::sonars::Placing;
 use crate::io::log::stamps::{self, Clock, ClockSet};
 use crate::io::log::{LogError, leaps, notes, outliers, repeats, strays};

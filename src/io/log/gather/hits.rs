@@ -10,7 +10,7 @@ use crate::core::geometry::{Vec2, direction};
 use crate::core::wording::counted_with;
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::error::UnplacedRing;
-use crate::io::log::messages::{HitsMessage, RangeMessage};
+use crate::io::log::message::{HitsMessage, RangeMessage};
 use crate::io::log::rings::Ring;
 use crate::io::log::sonars::SourceKey;
 use crate::io::log::{LogError, notes};

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use super::track::Odometry;
 use crate::core::event::OdometrySample;
-use crate::io::log::messages::{Role, TransformMessage};
+use crate::io::log::message::{Role, TransformMessage};
 
 /// More samples than this are held only of frames that sound like a robot's.
 const MOST_SAMPLES: usize = 1_000_000;

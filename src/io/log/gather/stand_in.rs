@@ -1,7 +1,7 @@
 //! What a survey does to see past what stands in a replay's way.
 
 use super::Gatherer;
-use crate::io::log::messages::{OdometryMessage, RangeMessage, Role};
+use crate::io::log::message::{OdometryMessage, RangeMessage, Role};
 
 /// Topic and frame of a message that stands in for all that is missing.
 pub const STAND_IN: &str = "(none)";

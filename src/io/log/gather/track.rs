@@ -5,7 +5,7 @@ use crate::core::config::Config;
 use crate::core::event::OdometrySample;
 use crate::core::wording::counted;
 use crate::io::log::channels::ChannelReport;
-use crate::io::log::messages::Role;
+use crate::io::log::message::Role;
 use crate::io::log::stamps::Clock;
 use crate::io::log::strays;
 use crate::io::log::{LogError, notes};

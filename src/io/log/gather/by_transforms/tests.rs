@@ -1,7 +1,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::*;
-use crate::io::log::messages::{Content, RangeMessage, TransformMessage};
+use crate::io::log::message::{Content, RangeMessage, TransformMessage};
 
 /// A log with a sonar on `base_link` and these transforms between frames, which all move.
 fn log(edges: &[(&str, &str)]) -> Gatherer {
