@@ -15,6 +15,7 @@ mod sweep;
 use clap::{Parser, Subcommand};
 
 use crate::cli::error::Error;
+use crate::core::exit::Exit;
 
 /// Look into what a sonar map was made of.
 ///
@@ -44,11 +45,11 @@ enum Command {
 }
 
 impl Cli {
-    /// Runs the command; the exit code of one that finished.
+    /// Runs the command; how it ended.
     ///
     /// # Errors
-    /// What went wrong, with its own exit code.
-    pub fn run(self) -> Result<u8, Error> {
+    /// What went wrong; [`Error::exit`] says how that ends.
+    pub fn run(self) -> Result<Exit, Error> {
         match self.command {
             Command::Replay(args) => args.run(),
             Command::Info(args) => args.run(),

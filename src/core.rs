@@ -1,6 +1,7 @@
 pub mod assignment;
 pub mod config;
 pub mod event;
+pub mod exit;
 pub mod frames;
 pub mod geometry;
 pub mod legible;

@@ -9,13 +9,13 @@ use tmam_replay::core::legible::{legible, typed_on_one_line};
 
 fn main() -> ExitCode {
     match Cli::parse().run() {
-        Ok(code) => ExitCode::from(code),
+        Ok(exit) => ExitCode::from(exit.code()),
         Err(error) => {
             let typed = std::env::args_os();
             let typed = typed.map(|argument| argument.to_string_lossy().into_owned());
             let text = typed_on_one_line(&format!("error: {error}"), typed);
             let _ = writeln!(std::io::stderr(), "{}", legible(&text));
-            ExitCode::from(error.exit_code())
+            ExitCode::from(error.exit().code())
         }
     }
 }

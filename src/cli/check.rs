@@ -5,11 +5,12 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
 use crate::io::output::{print, print_aside};
 use crate::tools::check::text::{SHOWN, closing, report};
 use crate::tools::check::{
-    CheckError, Options, Partition, ReportFiles, Suite, annotations, exit_code, json,
+    CheckError, Options, Partition, ReportFiles, Suite, annotations, exit, json,
 };
 use crate::tools::golden::is_set;
 
@@ -82,7 +83,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let outcome = self.check();
         if let (Err(error), true) = (&outcome, in_github()) {
             print_aside(&annotations::refused(error))?;
@@ -90,7 +91,7 @@ impl Args {
         outcome
     }
 
-    fn check(self) -> Result<u8, Error> {
+    fn check(self) -> Result<Exit, Error> {
         let with_artifacts = self.artifacts.is_some();
         let options = Options {
             logs: self.logs,
@@ -152,7 +153,7 @@ impl Args {
             say(&closing(&reports, with_artifacts));
         }
         printed?;
-        Ok(exit_code(&reports))
+        Ok(exit(&reports))
     }
 }
 
@@ -168,7 +169,7 @@ fn prepare(
 ) -> Result<Suite, Error> {
     let layers = parameters.layers()?;
     if !layers.is_empty() && !options.bless {
-        return Err(Error::ParametersWithoutBless);
+        return Err(CheckError::ParametersWithoutBless.into());
     }
     let partition = partition.map(str::parse::<Partition>).transpose();
     let suite = Suite::new(Options {

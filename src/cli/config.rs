@@ -1,7 +1,8 @@
 //! `tmam config`
 
 use super::parameters::Parameters;
-use crate::cli::error::{DONE, Error};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::io::config::render::render;
 use crate::io::output::Output;
 use std::io::Write as _;
@@ -19,12 +20,12 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let text = render(&self.parameters.configuration()?);
         let mut out = Output::create(Path::new("-"))?;
         out.write_all(text.as_bytes())
             .map_err(|source| out.failed(source))?;
         out.commit()?;
-        Ok(DONE)
+        Ok(Exit::Done)
     }
 }

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use super::parameters::Parameters;
-use crate::cli::error::{DIFFERS, DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::io::output::print;
 use crate::tools::check::text::{SHOWN, differences};
-use crate::tools::diff::{self, Terms};
+use crate::tools::diff::{self, DiffError, Terms};
 use crate::tools::golden::{Tolerance, compare};
 
 /// Compare two results: of logs, recordings, feature files or golden files
@@ -59,7 +60,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let terms = Terms {
             both: self.parameters.layers()?,
             b: self
@@ -76,21 +77,21 @@ impl Args {
                 a.tolerances.or(b.tolerances).unwrap_or_default(),
                 Tolerance::with,
             )
-            .map_err(crate::tools::check::CheckError::from)?;
+            .map_err(DiffError::from)?;
         let found = compare(&a.results, &b.results, &tolerance);
         let whole = a.losses.is_empty() && b.losses.is_empty();
-        let code = if !found.matches(self.strict) {
-            DIFFERS
+        let exit = if !found.matches(self.strict) {
+            Exit::Differs
         } else if !whole || (a.results.is_empty() && b.results.is_empty()) {
-            INCOMPLETE
+            Exit::Incomplete
         } else {
-            DONE
+            Exit::Done
         };
         print(&if self.json {
-            format!("{:#}\n", diff::json::json(&pair, &found, &tolerance, code))
+            format!("{:#}\n", diff::json::json(&pair, &found, &tolerance, exit))
         } else {
             differences(&pair, &found, &tolerance, self.show, self.strict)
         })?;
-        Ok(code)
+        Ok(exit)
     }
 }

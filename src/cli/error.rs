@@ -1,7 +1,8 @@
-//! What can go wrong in a command, and the exit code that goes with it.
+//! What can go wrong in a command.
 
 use std::path::PathBuf;
 
+use crate::core::exit::Exit;
 use crate::core::replay::ReplayError;
 use crate::io::config::file::ConfigError;
 use crate::io::log::{LogError, itemised};
@@ -12,18 +13,8 @@ use crate::tools::check::CheckError;
 use crate::tools::diff::DiffError;
 use crate::tools::evaluate::TruthError;
 use crate::tools::explain::ExplainError;
-use crate::tools::golden::GoldenError;
 use crate::tools::simulate::SimulateError;
 use crate::tools::sweep::SweepError;
-
-/// Exit code of a command that finished.
-pub const DONE: u8 = 0;
-/// Exit code of a command whose verdict is no.
-pub const DIFFERS: u8 = 1;
-/// Exit code for usage, configuration or input that cannot be read.
-pub const UNUSABLE: u8 = 2;
-/// Exit code of a command that finished on an incomplete log, or had nothing to judge.
-pub const INCOMPLETE: u8 = 3;
 
 /// What can go wrong in a command.
 #[derive(Debug, thiserror::Error)]
@@ -88,35 +79,31 @@ pub enum Error {
     /// A check that cannot begin.
     #[error(transparent)]
     Check(#[from] CheckError),
-    /// Parameters for a check, which takes them from the golden file.
-    #[error(
-        "check replays each log with the configuration in its golden file, so parameters have no place here; they go \
-         with --bless, or try `tmam diff`"
-    )]
-    ParametersWithoutBless,
     /// A comparison that cannot begin.
     #[error(transparent)]
     Diff(#[from] DiffError),
-    /// A golden file.
-    #[error(transparent)]
-    Golden(#[from] GoldenError),
     /// A report that cannot be formed.
     #[error("cannot form the report: {0}")]
-    Report(Box<dyn std::error::Error + Send + Sync>),
+    Report(#[from] std::io::Error),
     /// The recording.
     #[error(transparent)]
     Recording(#[from] recording::Error),
 }
 
 impl Error {
-    /// The exit code that goes with it.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Replay(error) | Self::Explain(ExplainError::Replay(error)) => match error {
-                ReplayError::NoFrames { .. } | ReplayError::EmptyWindow { .. } => INCOMPLETE,
-                _ => UNUSABLE,
-            },
-            _ => UNUSABLE,
+    /// How a command ends that fails with it.
+    pub fn exit(&self) -> Exit {
+        let found_nothing = match self {
+            Self::Replay(error) | Self::Explain(ExplainError::Replay(error)) => {
+                error.found_nothing()
+            }
+            Self::Diff(DiffError::Golden(error)) => error.found_nothing(),
+            _ => false,
+        };
+        if found_nothing {
+            Exit::Incomplete
+        } else {
+            Exit::Unusable
         }
     }
 }

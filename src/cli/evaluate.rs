@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use super::parameters::Parameters;
 use super::simulate::read_world;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log;
@@ -59,7 +60,7 @@ const NO_FIT: &str = "warning: hardly a range agrees with the world; is it in th
 of this place?\n";
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
@@ -111,6 +112,6 @@ impl Args {
             let _ = io::stderr().write_all(NO_FIT.as_bytes());
         }
         let judged = setting.source.complete && evaluation.labels.given() > 0 && fits;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 }

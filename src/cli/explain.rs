@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::{Parameters, quoted};
 use super::simulate::read_world;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::geometry::Vec2;
 use crate::core::replay::Replay;
 use crate::core::world::World;
@@ -74,7 +75,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(mut self) -> Result<u8, Error> {
+    pub fn run(mut self) -> Result<Exit, Error> {
         // Here --sensor names an arc; it does not keep readings out of the replay.
         let sonars = self.parameters.take_sensors();
         let config = self.parameters.configuration()?;
@@ -109,7 +110,7 @@ impl Args {
         };
         let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
         let judged = judged && setting.source.complete;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 
     fn which(&self) -> Option<Which> {

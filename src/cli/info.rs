@@ -4,7 +4,8 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::io::log::survey::survey;
 use crate::io::output::Output;
 use crate::tools::info::{Info, json, text};
@@ -36,7 +37,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let info = Info::new(survey(&self.log, &config)?);
         if self.json {
@@ -52,6 +53,6 @@ impl Args {
             // A reader that has gone away has seen enough.
             let _ = io::stdout().write_all(text.as_bytes());
         }
-        Ok(if info.is_fine() { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(info.is_fine()))
     }
 }

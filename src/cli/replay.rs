@@ -4,7 +4,8 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::log;
@@ -78,7 +79,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let log = log::read(&self.log, &config)?;
         if self.strict && !log.losses.is_empty() {
@@ -151,6 +152,6 @@ impl Args {
             };
         }
         let judged = setting.source.complete && outcome.tally.echoes > 0;
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 }

@@ -3,7 +3,8 @@
 use std::io::{Cursor, Write as _};
 use std::path::{Path as FilePath, PathBuf};
 
-use crate::cli::error::{DONE, Error};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::world::{World, WorldError};
 use crate::io::output::Output;
 use crate::tools::simulate::{
@@ -142,14 +143,14 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let mut output = Output::create(&self.output)?;
         let log = Simulation::from(self).write(Cursor::new(Vec::new()))?;
         output
             .write_all(log.get_ref())
             .map_err(|source| output.failed(source))?;
         output.commit()?;
-        Ok(DONE)
+        Ok(Exit::Done)
     }
 }
 

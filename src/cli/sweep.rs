@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::Selection;
 use super::simulate::read_world;
-use crate::cli::error::{DONE, Error, INCOMPLETE};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
 use crate::core::world::World;
 use crate::io::output::{Output, is_stdout};
 use crate::io::outputs::refuse_collisions;
@@ -100,7 +101,7 @@ struct Axes {
 }
 
 impl Args {
-    pub fn run(self) -> Result<u8, Error> {
+    pub fn run(self) -> Result<Exit, Error> {
         let (csv_path, output) = (self.csv.as_deref(), self.output.as_deref());
         let stdout = self.json.then_some(Path::new("-"));
         refuse_collisions(&[&self.log], &[csv_path, output, stdout])?;
@@ -152,7 +153,7 @@ impl Args {
         }
         let _ = io::stderr().write_all(table::problems(&sweep).as_bytes());
         let judged = sweep.complete && sweep.has_arcs();
-        Ok(if judged { DONE } else { INCOMPLETE })
+        Ok(Exit::of_whole(judged))
     }
 
     fn grid(&self) -> Result<Grid, SweepError> {

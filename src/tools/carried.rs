@@ -1,6 +1,7 @@
 //! The results of a replay, as the files that its recording carries.
 
-use crate::cli::error::Error;
+use std::io;
+
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::observe::features;
@@ -17,14 +18,12 @@ pub fn carried(
     outcome: &Outcome,
     log: &LogInfo,
     labels: &Labels,
-) -> Result<Carried, Error> {
-    let unfit = |error: Box<dyn std::error::Error + Send + Sync>| Error::Report(error);
+) -> io::Result<Carried> {
     let mut features = Vec::new();
-    features::write(&mut features, setting, outcome).map_err(|error| unfit(Box::new(error)))?;
+    features::write(&mut features, setting, outcome)?;
     let noise = RangeNoise::of(outcome.variance_from, setting.config);
-    let labels = write_labels(log, noise, labels).map_err(|error| unfit(Box::new(error)))?;
     Ok(Carried {
-        features: String::from_utf8(features).map_err(|error| unfit(Box::new(error)))?,
-        labels: Some(labels),
+        features: String::from_utf8(features).map_err(io::Error::other)?,
+        labels: Some(write_labels(log, noise, labels)?),
     })
 }

@@ -13,7 +13,6 @@ mod judge;
 pub mod junit;
 mod overlay;
 mod partition;
-mod replayed;
 mod report_files;
 mod sketch;
 mod suite;
@@ -24,11 +23,10 @@ use std::path::PathBuf;
 
 pub use error::CheckError;
 pub use partition::{Partition, PartitionError};
-pub use replayed::{Replayed, replay};
 pub use report_files::ReportFiles;
 pub use suite::{Options, Suite};
 
-use crate::cli::error::{DIFFERS, DONE, INCOMPLETE, UNUSABLE};
+use crate::core::exit::Exit;
 use crate::tools::golden::{Comparison, Golden, Results};
 
 /// What came of one log.
@@ -99,25 +97,22 @@ impl Verdict {
         }
     }
 
-    fn exit_code(&self) -> u8 {
+    fn exit(&self) -> Exit {
         match self {
-            Self::Matches | Self::Blessed | Self::Unchanged => DONE,
-            Self::Differs => DIFFERS,
-            Self::Nothing(_) => INCOMPLETE,
-            Self::Unusable(_) => UNUSABLE,
+            Self::Matches | Self::Blessed | Self::Unchanged => Exit::Done,
+            Self::Differs => Exit::Differs,
+            Self::Nothing(_) => Exit::Incomplete,
+            Self::Unusable(_) => Exit::Unusable,
         }
     }
 }
 
-/// The exit code of a run: 2 stands before 1, 1 before 3, 3 before 0. What could not be read may hide
-/// anything, a difference is sure, and where nothing was judged nothing may be called good.
-pub fn exit_code(reports: &[Report]) -> u8 {
-    let codes: Vec<u8> = reports
-        .iter()
-        .map(|report| report.verdict.exit_code())
-        .collect();
-    [UNUSABLE, DIFFERS, INCOMPLETE]
+/// How a run ends: 2 stands before 1, 1 before 3, 3 before 0. What could not be read may hide
+/// anything, a difference is sure, and where nothing was compared nothing may be called good.
+pub fn exit(reports: &[Report]) -> Exit {
+    let exits: Vec<Exit> = reports.iter().map(|report| report.verdict.exit()).collect();
+    [Exit::Unusable, Exit::Differs, Exit::Incomplete]
         .into_iter()
-        .find(|code| codes.contains(code))
-        .unwrap_or(if codes.is_empty() { INCOMPLETE } else { DONE })
+        .find(|exit| exits.contains(exit))
+        .unwrap_or(Exit::of_whole(!exits.is_empty()))
 }

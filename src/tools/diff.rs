@@ -13,7 +13,6 @@ use std::path::Path;
 pub use error::DiffError;
 pub use side::{Kind, Recorded, Side};
 
-use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::io::config::file::layered;
 use source::Source;
@@ -44,16 +43,16 @@ pub struct Pair {
 ///
 /// # Errors
 /// When there are no results to be had from one, or when what is given has no effect.
-pub fn pair(a: &Path, b: Option<&Path>, terms: &Terms) -> Result<Pair, Error> {
+pub fn pair(a: &Path, b: Option<&Path>, terms: &Terms) -> Result<Pair, DiffError> {
     let b = Source::open(b.unwrap_or(a))?;
     let a = Source::open(a)?;
     if terms.b_differs && !b.is_log() {
         let b = b.path().to_owned();
-        return Err(DiffError::NothingToReplayForB { b }.into());
+        return Err(DiffError::NothingToReplayForB { b });
     }
     if !terms.both.is_empty() && !a.is_log() && !b.is_log() {
         let (a, b) = (a.path().to_owned(), b.path().to_owned());
-        return Err(DiffError::NothingToReplay { a, b }.into());
+        return Err(DiffError::NothingToReplay { a, b });
     }
     let mut notes = Vec::new();
     let (a, b) = match (a, b) {
@@ -105,7 +104,7 @@ fn replayed_like(
     log: &Path,
     layers: &[String],
     notes: &mut Vec<String>,
-) -> Result<Side, Error> {
+) -> Result<Side, DiffError> {
     let recorded = results.configuration()?;
     let (log_name, file) = (log.display(), results.path.display());
     let mut note = match &recorded {

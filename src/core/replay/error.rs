@@ -64,3 +64,10 @@ pub enum ReplayError {
     #[error(transparent)]
     Observer(#[from] ObserverError),
 }
+
+impl ReplayError {
+    /// Whether nothing is wrong but that the log, or its window, holds nothing to replay.
+    pub fn found_nothing(&self) -> bool {
+        matches!(self, Self::NoFrames { .. } | Self::EmptyWindow { .. })
+    }
+}

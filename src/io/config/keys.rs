@@ -1,9 +1,9 @@
 //! The keys of `tmam.toml`: unit, meaning and bounds of each, in the order in which they are shown.
 
-mod table;
-
-pub use table::keys;
 use toml_writer::{ToTomlKey, TomlKeyBuilder};
+
+use Bounds::{Above, Any, AtLeast, Between};
+use Unit::{Degrees, Plain};
 
 /// How a value is written in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,9 +41,104 @@ pub struct Key {
     pub doc: &'static str,
 }
 
+const fn key(path: &'static str, unit: Unit, bounds: Bounds, doc: &'static str) -> Key {
+    Key {
+        path,
+        unit,
+        bounds,
+        doc,
+    }
+}
+
+/// Every key, a row each.
+#[rustfmt::skip]
+pub const KEYS: &[Key] = &[
+    key("rule", Plain, Any, "how arcs are labelled: \"paper\" or \"noise-aware\""),
+
+    key("input.range_topics", Plain, Any, "globs; empty: every topic with a range type"),
+    key("input.odometry_topics", Plain, Any, "globs; empty: the one topic with an odometry type"),
+    key("input.sonars", Plain, Any, "globs over sonar names; empty: all"),
+    key("input.start", Plain, AtLeast(0.0), "s after the first reading; earlier ones are left out"),
+    key("input.end", Plain, AtLeast(0.0), "s after the first reading; later ones are left out"),
+    key("input.robot_frame", Plain, Any, "frame the odometry moves; default: its child_frame_id"),
+    key("input.world_frame", Plain, Any, "frame the odometry is in, where there are several"),
+    key("input.drop_repeats", Plain, Any, "leave out readings that repeat the last one while driving"),
+    key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
+    key("input.max_readings", Plain, AtLeast(1.0), "readings and odometry samples held, 60 bytes each"),
+    key("input.range_delay", Plain, Any, "s that ranges are stamped late: their poses are so much older"),
+
+    key("frames.step", Plain, AtLeast(0.0), "m driven that open a new frame; 0: one at every stamp"),
+    key("frames.step_angle", Degrees, Above(0.0), "deg turned that open a new frame"),
+    key("frames.max_odometry_gap", Plain, Above(0.0), "s between samples to interpolate over"),
+    key("frames.max_extrapolation", Plain, AtLeast(0.0), "s beyond the first and last sample"),
+
+    key("sequence.max_gap", Plain, Above(0.0), "s between neighbouring readings of a sonar"),
+    key("sequence.max_baseline", Plain, Above(0.0), "m between neighbouring readings of a sonar"),
+
+    key("triple.alpha", Plain, Between(0.0, 1.0), "contact: theta_c < alpha * theta_i"),
+    key("triple.beta", Plain, Above(1.0), "intersection: theta_c > beta * theta_i"),
+    key("triple.gamma", Degrees, Between(0.0, 360.0), "deg; gate on the smaller angle, below the beam width"),
+    key("triple.turn_tolerance", Degrees, AtLeast(0.0), "deg of heading change between neighbours"),
+    key("triple.bend_tolerance", Degrees, AtLeast(0.0), "deg between the two base lines"),
+
+    key("noise.trust_variance", Plain, Any, "take a message's variance where it gives one"),
+    key("noise.sigma_abs", Plain, Above(0.0), "m; where a message gives no variance; default: measured from the ranges"),
+    key("noise.sigma_rel", Plain, AtLeast(0.0), "fraction of the range, added in squares"),
+    key("noise.sigma_pose", Plain, AtLeast(0.0), "m; how far odometry and clock put a sensor off from reading to reading"),
+
+    key("opinion.gate", Plain, Between(0.0, 1000.0), "chi2 below which a line or a point explains a triple"),
+    key("opinion.decisive", Plain, AtLeast(0.0), "lead in chi2 of line over point, or the other way, that decides"),
+    key("opinion.max_half_width", Plain, AtLeast(1.0), "readings to either side of an arc that are looked at, at most"),
+
+    key("map.match_distance", Plain, Above(0.0), "m; points nearer than this are one point"),
+    key("map.gate", Plain, Above(0.0), "noise-aware: squared Mahalanobis distance of what is the same"),
+    key("map.max_wall_gap", Plain, AtLeast(0.0), "noise-aware: m without readings between segments of one wall"),
+    key("map.confirm_runs", Plain, AtLeast(1.0), "noise-aware: runs that agree confirm a feature"),
+    key("map.confirm_readings", Plain, AtLeast(3.0), "noise-aware: readings that confirm a feature of fewer runs"),
+
+    key("noise_aware.label_by_opinion", Plain, Any, "label by what the readings support, widened until decided"),
+    key("noise_aware.converge", Plain, Any, "iterate fits to their end"),
+    key("noise_aware.reject_misfits", Plain, Any, "a run counts only if all its readings fit, but for outliers"),
+    key("noise_aware.break_runs", Plain, Any, "a run that does not fit is broken where its parts fit best"),
+    key("noise_aware.reject_mirrored", Plain, Any, "nothing whose mirror image at the path fits as well"),
+    key("noise_aware.fuse_by_information", Plain, Any, "inverse covariances and Mahalanobis gates"),
+    key("noise_aware.merge", Plain, Any, "map features that turn out to be the same become one"),
+    key("noise_aware.confirm", Plain, Any, "a feature with too little support stays tentative"),
+    key("noise_aware.end_at_corners", Plain, Any, "walls end at the corners that they run across"),
+    key("noise_aware.gather", Plain, Any, "at the end, features from all readings that they alone explain"),
+    key("noise_aware.join_corners", Plain, Any, "at the end, walls and the corners in which they meet together"),
+
+    key("sonars.beam_width", Degrees, Between(0.0, 360.0), "deg, full angle; where the message has none"),
+
+    key("sonar.*.x", Plain, Any, "m; mount in the robot frame, before the log's transforms"),
+    key("sonar.*.y", Plain, Any, "m"),
+    key("sonar.*.yaw", Degrees, Any, "deg"),
+    key("sonar.*.beam_width", Degrees, Between(0.0, 360.0), "deg, full angle; where the message has none"),
+    key("sonar.*.min_range", Plain, AtLeast(0.0), "m; before the message's"),
+    key("sonar.*.max_range", Plain, Above(0.0), "m; before the message's"),
+
+    key("channel.*.type", Plain, Any, "type of the messages, where the log does not say it"),
+    key("channel.*.range", Plain, Any, "path of the range, or of an array of them"),
+    key("channel.*.stamp", Plain, Any, "path of the stamp; default: when it was recorded"),
+    key("channel.*.stamp_unit", Plain, Any, "of a stamp that is a number: \"s\" (default), \"ms\", \"us\", \"ns\""),
+    key("channel.*.frame", Plain, Any, "path of the frame id of the sonar, or of the odometry"),
+    key("channel.*.frame_name", Plain, Any, "the frame id, where the message has none"),
+    key("channel.*.min_range", Plain, AtLeast(0.0), "path, or m; default: 0"),
+    key("channel.*.max_range", Plain, Above(0.0), "path, or m; default: no limit"),
+    key("channel.*.beam_width", Degrees, Between(0.0, 360.0), "path, or deg, full angle"),
+    key("channel.*.variance", Plain, AtLeast(0.0), "path, or m^2; default: the noise model"),
+    key("channel.*.x", Plain, Any, "path of the robot's position, for odometry"),
+    key("channel.*.y", Plain, Any, "path"),
+    key("channel.*.yaw", Plain, Any, "path of the robot's heading"),
+    key("channel.*.position", Plain, Any, "path of a message with x, y, z, for x and y"),
+    key("channel.*.orientation", Plain, Any, "path of a quaternion x, y, z, w, for yaw"),
+    key("channel.*.angle_unit", Plain, Any, "of angles at paths: \"rad\" (default), \"deg\""),
+    key("channel.*.metres_per_unit", Plain, Above(0.0), "of lengths at paths; default: 1"),
+];
+
 /// The key that a path in a file names.
 pub fn find(path: &[&str]) -> Option<&'static Key> {
-    keys().find(|key| {
+    KEYS.iter().find(|key| {
         let parts: Vec<&str> = key.path.split('.').collect();
         parts.len() == path.len()
             && parts
@@ -56,7 +151,7 @@ pub fn find(path: &[&str]) -> Option<&'static Key> {
 /// The known path nearest to an unknown one, if any is near.
 pub fn nearest(path: &[&str]) -> Option<String> {
     let given = path.join(".");
-    keys()
+    KEYS.iter()
         .map(|key| match path {
             [_, name, _] => key.path.replace('*', name),
             _ => key.path.to_owned(),

@@ -15,7 +15,7 @@ pub fn render(config: &Config) -> String {
     let mut text =
         String::from("# Everything that `tmam replay` uses. Metres, seconds, degrees.\n");
     let mut section = "";
-    for key in keys::keys().filter(|key| !key.path.contains('*')) {
+    for key in keys::KEYS.iter().filter(|key| !key.path.contains('*')) {
         let (head, leaf) = key.path.rsplit_once('.').unwrap_or(("", key.path));
         if head != section {
             section = head;
@@ -56,7 +56,7 @@ fn render_named(table: &Table, section: &str, example: &str, about: &str) -> Str
             let leaf = key.path.strip_prefix(section)?.strip_prefix(".*.")?;
             Some((leaf, key.doc))
         };
-        keys::keys().filter_map(leaf)
+        keys::KEYS.iter().filter_map(leaf)
     };
     let mut text = String::new();
     let named = table.get(section).and_then(Value::as_table);

@@ -3,18 +3,19 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use super::CheckError;
 use super::judge::unfit;
 use super::overlay::overlay;
-use super::replayed::{Replayed, replay};
 use super::suite::Job;
-use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::output::Output;
 use crate::observe::recording::Recording;
 use crate::tools::carried::carried;
-use crate::tools::golden::{Comparison, Golden, Tolerance, as_recorded};
+use crate::tools::golden::{
+    Comparison, Golden, GoldenError, Replayed, Tolerance, as_recorded, replay,
+};
 
 /// A directory for artefacts.
 #[derive(Debug)]
@@ -40,15 +41,17 @@ impl Artifacts {
         config: &Config,
         replayed: &Replayed,
         comparison: &Comparison,
-    ) -> Result<(Vec<PathBuf>, PathBuf), Error> {
+    ) -> Result<(Vec<PathBuf>, PathBuf), CheckError> {
         let [new, recording] = self.paths(job);
         write_new(&new, replayed, config, golden.tolerances)?;
         let mut out = Output::create(&recording)?;
-        let replay = Replay::new(&replayed.log, config)?;
+        let replay = Replay::new(&replayed.log, config).map_err(GoldenError::from)?;
         let over = overlay(golden, &replayed.results, comparison, self.around);
         let setting = replay.setting();
         let mut recorder = Recording::overlaid(&mut out, setting, over)?;
-        let outcome = replay.run(&mut [&mut recorder as &mut dyn Observer])?;
+        let outcome = replay
+            .run(&mut [&mut recorder as &mut dyn Observer])
+            .map_err(GoldenError::from)?;
         let labels = replayed.results.labels.as_ref();
         let carried = labels
             .map(|labels| carried(&setting, &outcome, &replayed.info, labels))
@@ -60,7 +63,7 @@ impl Artifacts {
 
     /// Writes the golden file that a log without one would get with the default configuration;
     /// `None` for a log that cannot be blessed.
-    pub fn first(&self, job: &Job) -> Result<Option<PathBuf>, Error> {
+    pub fn first(&self, job: &Job) -> Result<Option<PathBuf>, CheckError> {
         let config = as_recorded(&Config::default())?;
         let replayed = replay(&job.log, &config)?;
         if unfit(&replayed).is_some() || replayed.results.is_empty() {
@@ -99,7 +102,7 @@ fn write_new(
     replayed: &Replayed,
     config: &Config,
     tolerances: Tolerance,
-) -> Result<(), Error> {
+) -> Result<(), CheckError> {
     let bytes = Golden::new(
         Some(replayed.info.clone()),
         Some(config.clone()),

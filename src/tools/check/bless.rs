@@ -3,15 +3,13 @@
 use std::io::Write as _;
 
 use super::judge::{of_a_test, unfit, unusable};
-use super::replayed::replay;
 use super::suite::{Job, Options};
-use super::{Found, Report, Verdict};
-use crate::cli::error::Error;
+use super::{CheckError, Found, Report, Verdict};
 use crate::core::config::Config;
 use crate::io::config::file::layered;
 use crate::io::config::render::render;
 use crate::io::output::Output;
-use crate::tools::golden::{Golden, Tolerance, ToleranceError, as_recorded, compare};
+use crate::tools::golden::{Golden, Tolerance, ToleranceError, as_recorded, compare, replay};
 
 /// Writes or updates a log's golden file.
 ///
@@ -21,7 +19,7 @@ pub fn bless(job: &Job, options: &Options) -> Report {
     try_bless(job, options).unwrap_or_else(|error| job.report(unusable(&error)))
 }
 
-fn try_bless(job: &Job, options: &Options) -> Result<Report, Error> {
+fn try_bless(job: &Job, options: &Options) -> Result<Report, CheckError> {
     let old = match job.golden.exists() {
         true => Some(Golden::read(&job.golden)?.0),
         false => None,
@@ -35,8 +33,7 @@ fn try_bless(job: &Job, options: &Options) -> Result<Report, Error> {
     let recorded = old.as_ref().and_then(|old| old.config.clone());
     let config = layered(recorded.unwrap_or_default(), &options.layers)?;
     let config = as_recorded(&config)?;
-    let tolerances = tolerances(old.as_ref(), &options.tolerances)
-        .map_err(crate::tools::check::CheckError::from)?;
+    let tolerances = tolerances(old.as_ref(), &options.tolerances)?;
     let replayed = replay(&job.log, &config)?;
     if let Some(reason) = unfit(&replayed) {
         return Ok(job.report(Verdict::Nothing(format!("not blessed: {reason}"))));

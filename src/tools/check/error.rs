@@ -1,12 +1,14 @@
-//! Why nothing is checked at all.
+//! Why a check cannot begin, or a log not be checked.
 
 use std::path::PathBuf;
 
 use super::partition::PartitionError;
+use crate::io::config::file::ConfigError;
 use crate::io::output::OutputError;
-use crate::tools::golden::ToleranceError;
+use crate::observe::recording;
+use crate::tools::golden::{GoldenError, ToleranceError};
 
-/// Why nothing is checked at all.
+/// Why a check cannot begin, or a log not be checked.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckError {
     /// Two logs have one golden file.
@@ -40,13 +42,31 @@ pub enum CheckError {
          commit the files, or give --force"
     )]
     BlessInCi,
+    /// Parameters, which a check takes from the golden file.
+    #[error(
+        "check replays each log with the configuration in its golden file, so parameters have no place here; they go \
+         with --bless, or try `tmam diff`"
+    )]
+    ParametersWithoutBless,
     /// The part of the suite.
     #[error(transparent)]
     Partition(#[from] PartitionError),
     /// A tolerance.
     #[error(transparent)]
     Tolerance(#[from] ToleranceError),
-    /// A directory cannot be made.
+    /// A directory or a file cannot be written.
     #[error(transparent)]
-    Directory(#[from] OutputError),
+    Output(#[from] OutputError),
+    /// A log cannot be replayed, or its golden file not be used.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    /// Parameters to bless with.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The recording of a log that differs.
+    #[error(transparent)]
+    Recording(#[from] recording::Error),
+    /// The results of a log that differs, or a report.
+    #[error("cannot form the report: {0}")]
+    Report(#[from] std::io::Error),
 }

@@ -2,8 +2,8 @@
 
 use serde_json::{Value as Json, json};
 
-use super::{Report, exit_code};
-use crate::cli::error::UNUSABLE;
+use super::{Report, exit};
+use crate::core::exit::Exit;
 use crate::core::rounding::rounded;
 use crate::tools::golden::{
     Change, Difference, FeatureDifference, LabelChange, LabelRun, Margin, Set, State, Value,
@@ -18,7 +18,7 @@ pub fn json(reports: &[Report], notes: &[String]) -> Json {
     json!({
         "schema": SCHEMA,
         "tool": {"name": "tmam", "version": env!("CARGO_PKG_VERSION")},
-        "exit_code": exit_code(reports),
+        "exit_code": exit(reports).code(),
         "notes": notes,
         "logs": reports.iter().map(log).collect::<Vec<_>>(),
     })
@@ -29,7 +29,7 @@ pub fn refused(why: &impl std::fmt::Display) -> Json {
     json!({
         "schema": SCHEMA,
         "tool": {"name": "tmam", "version": env!("CARGO_PKG_VERSION")},
-        "exit_code": UNUSABLE,
+        "exit_code": Exit::Unusable.code(),
         "reason": why.to_string(),
         "notes": [],
         "logs": [],

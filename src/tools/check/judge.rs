@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use super::artifacts::Artifacts;
-use super::replayed::{Replayed, replay};
 use super::suite::Job;
-use super::{Found, Report, Verdict};
-use crate::cli::error::{Error, INCOMPLETE};
+use super::{CheckError, Found, Report, Verdict};
 use crate::core::config::Config;
 use crate::core::legible::inert_line;
 use crate::core::replay::ReplayError;
 use crate::io::log::{self, itemised};
-use crate::tools::golden::{Difference, Golden, RangeNoise, Results, compare};
+use crate::tools::golden::{
+    Difference, Golden, GoldenError, RangeNoise, Replayed, Results, compare, replay,
+};
 
 /// Replays a log with the configuration of its golden file and compares.
 pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
@@ -20,7 +20,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
     }
     if let Err(source) = std::fs::metadata(&job.log) {
         let path = job.log.clone();
-        return job.report(unusable(&Error::Read { path, source }));
+        return job.report(unusable(&GoldenError::Read { path, source }.into()));
     }
     if !job.golden.exists() {
         return without_golden(job, artifacts);
@@ -34,7 +34,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
     };
     let replayed = match replay(&job.log, config) {
         Ok(replayed) => replayed,
-        Err(error) => return job.report(unusable(&error)),
+        Err(error) => return job.report(unusable(&error.into())),
     };
     if let Some(reason) = unfit(&replayed) {
         return job.report(Verdict::Nothing(reason));
@@ -88,7 +88,7 @@ fn without_golden(job: &Job, artifacts: Option<&Artifacts>) -> Report {
         Some(artifacts) => artifacts.first(job),
         None => log::read(&job.log, &Config::default())
             .map(|_| None)
-            .map_err(Error::from),
+            .map_err(|error| GoldenError::from(error).into()),
     };
     match kept {
         Ok(new) => report.artifacts.extend(new),
@@ -100,10 +100,12 @@ fn without_golden(job: &Job, artifacts: Option<&Artifacts>) -> Report {
     report
 }
 
-fn wants_configuration(error: &Error) -> bool {
+fn wants_configuration(error: &CheckError) -> bool {
     match error {
-        Error::Log(error) => error.wants_configuration(),
-        Error::Replay(error) => !matches!(error, ReplayError::Observer(_)),
+        CheckError::Golden(GoldenError::Log(error)) => error.wants_configuration(),
+        CheckError::Golden(GoldenError::Replay(error)) => {
+            !matches!(error, ReplayError::Observer(_))
+        }
         _ => false,
     }
 }
@@ -129,8 +131,8 @@ pub fn unfit(replayed: &Replayed) -> Option<String> {
 }
 
 /// The verdict for an error.
-pub fn unusable(error: &Error) -> Verdict {
-    if error.exit_code() == INCOMPLETE {
+pub fn unusable(error: &CheckError) -> Verdict {
+    if matches!(error, CheckError::Golden(error) if error.found_nothing()) {
         Verdict::Nothing(error.to_string())
     } else {
         Verdict::Unusable(error.to_string())

@@ -4,8 +4,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use super::{Report, junit, summary};
-use crate::cli::error::Error;
+use super::{CheckError, Report, junit, summary};
 use crate::io::output::{Output, OutputError, is_stdout, make_room};
 
 /// The reports that are asked for.
@@ -44,7 +43,12 @@ impl ReportFiles {
     ///
     /// # Errors
     /// One that cannot be formed or written.
-    pub fn write(self, reports: &[Report], notes: &[String], strict: bool) -> Result<(), Error> {
+    pub fn write(
+        self,
+        reports: &[Report],
+        notes: &[String],
+        strict: bool,
+    ) -> Result<(), CheckError> {
         self.write_texts(
             || junit::junit(reports, notes, strict),
             || summary::summary(reports, notes, strict),
@@ -55,7 +59,7 @@ impl ReportFiles {
     ///
     /// # Errors
     /// As [`ReportFiles::write`].
-    pub fn refuse(self, error: &impl std::fmt::Display) -> Result<(), Error> {
+    pub fn refuse(self, error: &impl std::fmt::Display) -> Result<(), CheckError> {
         let why = error.to_string();
         self.write_texts(|| junit::refused(&why), || summary::refused(&why))
     }
@@ -64,14 +68,14 @@ impl ReportFiles {
         self,
         junit: impl FnOnce() -> std::io::Result<String>,
         summary: impl FnOnce() -> String,
-    ) -> Result<(), Error> {
+    ) -> Result<(), CheckError> {
         let write = |mut out: Output, text: String| -> Result<(), OutputError> {
             out.write_all(text.as_bytes())
                 .map_err(|source| out.failed(source))?;
             out.commit()
         };
         if let Some(out) = self.junit {
-            let text = junit().map_err(|error| Error::Report(Box::new(error)))?;
+            let text = junit()?;
             write(out, text)?;
         }
         if let Some(out) = self.summary {

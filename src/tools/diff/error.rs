@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use crate::io::config::file::ConfigError;
 use crate::io::schema::Relation;
 use crate::observe::features;
 use crate::observe::recording::CarriedError;
+use crate::tools::golden::{GoldenError, ToleranceError};
 
 /// Why there is nothing to compare.
 #[derive(Debug, thiserror::Error)]
@@ -87,4 +89,13 @@ pub enum DiffError {
         /// Why not.
         reason: String,
     },
+    /// A log that cannot be replayed, or a golden file that cannot be used.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    /// A configuration made of what is given.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A tolerance.
+    #[error(transparent)]
+    Tolerance(#[from] ToleranceError),
 }

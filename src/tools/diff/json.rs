@@ -3,6 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::{Pair, Side};
+use crate::core::exit::Exit;
 use crate::tools::check::json::{difference, labels};
 use crate::tools::golden::{Comparison, Tolerance};
 
@@ -10,11 +11,11 @@ use crate::tools::golden::{Comparison, Tolerance};
 pub const SCHEMA: &str = "tmam.diff/1";
 
 /// The comparison as JSON.
-pub fn json(pair: &Pair, found: &Comparison, tolerance: &Tolerance, exit_code: u8) -> Json {
+pub fn json(pair: &Pair, found: &Comparison, tolerance: &Tolerance, exit: Exit) -> Json {
     json!({
         "schema": SCHEMA,
         "tool": {"name": "tmam", "version": env!("CARGO_PKG_VERSION")},
-        "exit_code": exit_code,
+        "exit_code": exit.code(),
         "a": side(&pair.a),
         "b": side(&pair.b),
         "notes": pair.notes,

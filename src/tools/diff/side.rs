@@ -3,11 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::DiffError;
-use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::io::config::file::check;
-use crate::tools::check::{Replayed, replay};
-use crate::tools::golden::{LogInfo, Results, Tolerance};
+use crate::tools::golden::{LogInfo, Replayed, Results, Tolerance, replay};
 
 /// One side of a comparison.
 #[derive(Debug)]
@@ -71,7 +69,7 @@ impl Side {
     ///
     /// # Errors
     /// As a replay fails.
-    pub fn replayed(path: &Path, config: Config) -> Result<Self, Error> {
+    pub fn replayed(path: &Path, config: Config) -> Result<Self, DiffError> {
         let Replayed {
             log, info, results, ..
         } = replay(path, &config)?;

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::DiffError;
 use super::side::{Kind, Recorded, Side};
-use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 use crate::observe::features;
 use crate::observe::recording::Carried;
-use crate::tools::golden::{FeaturesFile, Golden, SCHEMA as GOLDEN, read_labels, unrecorded};
+use crate::tools::golden::{
+    FeaturesFile, Golden, GoldenError, SCHEMA as GOLDEN, read_labels, unrecorded,
+};
 
 /// One of the two arguments, looked at but not replayed.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ impl Source {
     ///
     /// # Errors
     /// When no results are to be had from it.
-    pub fn open(path: &Path) -> Result<Self, Error> {
+    pub fn open(path: &Path) -> Result<Self, DiffError> {
         let head = head(path)?;
         if head.starts_with(b"RRF") {
             return recorded(path).map(|side| Self::Results(Box::new(side)));
@@ -34,10 +35,7 @@ impl Source {
         if text != Some(&b'{') {
             return Ok(Self::Log(path.to_owned()));
         }
-        let bytes = std::fs::read(path).map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        let bytes = std::fs::read(path).map_err(|source| unreadable(path, source))?;
         results(path, &bytes).map(|side| Self::Results(Box::new(side)))
     }
 
@@ -56,7 +54,7 @@ impl Source {
 }
 
 /// The results that a recording carries.
-fn recorded(path: &Path) -> Result<Side, Error> {
+fn recorded(path: &Path) -> Result<Side, DiffError> {
     let unfit = |source| DiffError::Recording {
         path: path.to_owned(),
         source,
@@ -77,7 +75,7 @@ fn recorded(path: &Path) -> Result<Side, Error> {
 }
 
 /// The results in a file, by its schema.
-fn results(path: &Path, bytes: &[u8]) -> Result<Side, Error> {
+fn results(path: &Path, bytes: &[u8]) -> Result<Side, DiffError> {
     let no_results = |reason: String| DiffError::NoResults {
         path: path.to_owned(),
         reason,
@@ -104,15 +102,14 @@ fn results(path: &Path, bytes: &[u8]) -> Result<Side, Error> {
     match relation(&found, features::SCHEMA) {
         Relation::Same => {}
         Relation::Other => {
-            return Err(no_results(format!("its schema is `{found}`")).into());
+            return Err(no_results(format!("its schema is `{found}`")));
         }
         relation => {
             return Err(DiffError::Version {
                 path: path.to_owned(),
                 found,
                 relation,
-            }
-            .into());
+            });
         }
     }
     let file: FeaturesFile =
@@ -143,14 +140,16 @@ fn results(path: &Path, bytes: &[u8]) -> Result<Side, Error> {
 }
 
 /// The first bytes of a file.
-fn head(path: &Path) -> Result<Vec<u8>, Error> {
+fn head(path: &Path) -> Result<Vec<u8>, DiffError> {
     use std::io::Read as _;
     let mut head = Vec::new();
     std::fs::File::open(path)
         .and_then(|file| file.take(64).read_to_end(&mut head))
-        .map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        .map_err(|source| unreadable(path, source))?;
     Ok(head)
+}
+
+fn unreadable(path: &Path, source: std::io::Error) -> GoldenError {
+    let path = path.to_owned();
+    GoldenError::Read { path, source }
 }

@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer, ser::SerializeStruct as _};
 
 use crate::core::rounding::rounded;
-use crate::io::config::keys::{Bounds, Unit, keys};
+use crate::io::config::keys::{Bounds, KEYS, Unit};
 
 /// How a parameter must lie to a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Need {
     /// A value with few digits on the right side of the bound, as it is written in the
     /// configuration; `None` where the key does not take any.
     pub fn value(&self) -> Option<f64> {
-        let key = keys().find(|key| key.path == self.key)?;
+        let key = KEYS.iter().find(|key| key.path == self.key)?;
         let inside = |value: f64| match key.unit {
             Unit::Degrees => value.to_radians(),
             Unit::Plain => value,

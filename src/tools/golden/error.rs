@@ -1,11 +1,13 @@
-//! Why a golden file cannot be used.
+//! Why there are no results to compare.
 
 use std::path::PathBuf;
 
 use super::file::SCHEMA;
+use crate::core::replay::ReplayError;
+use crate::io::log::LogError;
 use crate::io::schema::Relation;
 
-/// Why a golden file cannot be used.
+/// Why there are no results to compare: a golden file cannot be used, or a log not replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum GoldenError {
     /// It cannot be read.
@@ -51,4 +53,17 @@ pub enum GoldenError {
         /// Why.
         reason: String,
     },
+    /// A log that cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A log that cannot be replayed.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+}
+
+impl GoldenError {
+    /// As [`ReplayError::found_nothing`].
+    pub fn found_nothing(&self) -> bool {
+        matches!(self, Self::Replay(error) if error.found_nothing())
+    }
 }

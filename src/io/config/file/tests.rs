@@ -1,4 +1,4 @@
-use super::super::keys::keys;
+use super::super::keys::KEYS;
 use super::super::render::render;
 use super::*;
 use crate::core::config::channel::Given;
@@ -42,7 +42,7 @@ fn every_key_of_the_configuration_is_in_the_table_and_the_other_way_round() {
         Ok(())
     })
     .unwrap();
-    assert_eq!(seen, keys().count());
+    assert_eq!(seen, KEYS.len());
 }
 
 #[test]

@@ -1,0 +1,93 @@
+//! An index of chunks that lies, in whole or in part.
+
+use std::ops::Range;
+
+use super::pristine::{Pristine, logs, read};
+
+/// A chunk index record, and where it says that its chunk begins and how long it is: behind the
+/// record's kind and length, and two times.
+struct IndexEntry(Range<usize>);
+
+impl IndexEntry {
+    fn all(log: &Pristine) -> Vec<Self> {
+        let entries = log.records.iter().filter(|(opcode, _)| *opcode == 8);
+        entries.map(|(_, record)| Self(record.clone())).collect()
+    }
+
+    fn field(&self, place: usize) -> Range<usize> {
+        let at = self.0.start + 9 + 16 + 8 * place;
+        at..at + 8
+    }
+
+    /// The chunk's offset and length.
+    fn says(&self, bytes: &[u8]) -> [u64; 2] {
+        [0, 1].map(|place| u64::from_le_bytes(bytes[self.field(place)].try_into().unwrap()))
+    }
+
+    fn lie(&self, bytes: &mut [u8], lies: [u64; 2]) {
+        for (place, lie) in lies.into_iter().enumerate() {
+            bytes[self.field(place)].copy_from_slice(&lie.to_le_bytes());
+        }
+    }
+}
+
+/// Reads a log with its index changed under a checksum that is right, as a tool leaves it that changes
+/// the data and forgets the index, or that writes a wrong one: no message is lost, nor said to be.
+fn read_with_index(log: &Pristine, case: &str, change: impl FnOnce(&mut [u8])) {
+    let mut bytes = log.bytes.clone();
+    change(&mut bytes);
+    // The checksum stands before the last magic bytes, and covers what is between it and the data
+    // section.
+    let (begin, checksum) = (log.records.iter())
+        .find(|(opcode, _)| *opcode == 15)
+        .map(|(_, end)| (end.end, bytes.len() - 8 - 4))
+        .unwrap();
+    let sum = crc32fast::hash(&bytes[begin..checksum]);
+    bytes[checksum..checksum + 4].copy_from_slice(&sum.to_le_bytes());
+    let (found, losses) = read(&bytes).unwrap();
+    assert!(losses.is_empty(), "{}, {case}: {losses:?}", log.name);
+    assert_eq!(found.len(), log.messages.len(), "{}, {case}", log.name);
+}
+
+#[test]
+fn an_index_that_lies_costs_no_message() {
+    let with_index = |log: &Pristine| log.chunked && log.summary.is_some();
+    for log in logs().into_iter().filter(with_index) {
+        let entries = IndexEntry::all(&log);
+        assert!(entries.len() > 5, "{}", log.name);
+        for shift in [-8, 1, 100] {
+            read_with_index(&log, &format!("all by {shift}"), |bytes| {
+                for entry in &entries {
+                    let [offset, length] = entry.says(bytes);
+                    entry.lie(bytes, [offset.checked_add_signed(shift).unwrap(), length]);
+                }
+            });
+        }
+        let first = entries[0].says(&log.bytes);
+        let end = log.bytes.len() as u64;
+        for (number, entry) in entries.iter().enumerate() {
+            let [offset, length] = entry.says(&log.bytes);
+            // Elsewhere, at its message index, within another one, with another length.
+            let lies = [
+                [offset - 8, length],
+                [offset + 1, length],
+                [offset + length, length],
+                [offset + length / 2, length],
+                [first[0] + 40, length],
+                first,
+                [first[0], length],
+                [0, length],
+                [end, length],
+                [u64::MAX, u64::MAX],
+                [offset, length - 1],
+                [offset, length + 50],
+                [offset, u64::MAX],
+                [offset, 0],
+            ];
+            for lie in lies {
+                let case = format!("chunk {number} at {lie:?}");
+                read_with_index(&log, &case, |bytes| entry.lie(bytes, lie));
+            }
+        }
+    }
+}

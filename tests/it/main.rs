@@ -1,0 +1,29 @@
+//! What a user meets, from outside: the binary, its files, and the library's public face.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a test that meets something unexpected should fail on the spot"
+)]
+
+mod support;
+
+mod bad_input;
+mod encodings;
+mod evaluate;
+mod explain;
+mod faults;
+mod golden;
+mod info;
+mod live;
+mod noise;
+mod odd_logs;
+mod reference;
+mod replay;
+mod room;
+mod sample_logs;
+mod snapshots;
+mod study;
+mod sweep;

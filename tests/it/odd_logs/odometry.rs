@@ -1,0 +1,107 @@
+//! Odometry from transforms, and odometry that is none.
+
+use std::cell::Cell;
+
+use super::{changed, find, log, replay, says};
+use crate::support::Bench;
+
+#[test]
+fn the_transforms_that_move_the_robot_serve_where_nothing_else_does() {
+    let bench = Bench::new();
+    let path = bench.put("log.mcap", crate::support::without(&log(), &["/odom"]));
+    let said = "the transforms from `odom` to `base_link` on /tf are taken for it";
+    says(&bench.tmam(&path, "replay {} --features f"), 0, &[said]);
+    assert_eq!(bench.tmam(&log(), "replay {} --features g").code, 0);
+    let map = |name: &str| bench.json(name)["counts"]["contact"].clone();
+    assert_eq!(map("f"), map("g"));
+    let info = bench.tmam(&path, "info {}");
+    says(&info, 0, &[]);
+    assert!(
+        info.stdout.contains("ODOMETRY") && info.stdout.contains("/tf"),
+        "{}",
+        info.stdout
+    );
+}
+
+/// The messages on /tf alone say where the robot was; from a share of them on, and for so many, they
+/// name a frame otherwise, by a word as long.
+fn renamed(from: u32, count: u32, frame: &[u8], other: &[u8]) -> Vec<u8> {
+    let seen = Cell::new(0);
+    changed(|mut message| match message.topic.as_str() {
+        "/odom" => Vec::new(),
+        "/tf" => {
+            let place = seen.replace(seen.get() + 1);
+            if (from..from + count).contains(&place) {
+                let at = find(&message.data, frame).unwrap();
+                message.data[at..at + other.len()].copy_from_slice(other);
+            }
+            vec![message]
+        }
+        _ => vec![message],
+    })
+}
+
+#[test]
+fn damaged_names_of_the_transforms_that_move_the_robot_are_losses() {
+    for (frame, other, named) in [
+        (&b"odom\0"[..], &b"odo#\0"[..], "`base_link` in `odo#`"),
+        (b"base_link\0", b"base_lin#\0", "`base_lin#` in `odom`"),
+    ] {
+        let bench = Bench::new();
+        let run = replay(&bench, &renamed(500, 2, frame, other));
+        says(
+            &run,
+            3,
+            &["2 of 1001 transforms on /tf give the pose of", named],
+        );
+        let path = bench.path("log.mcap");
+        assert_eq!(bench.tmam(&path, "replay {} --strict").code, 2);
+        let info = bench.tmam(&path, "info {}");
+        says(&info, 3, &[]);
+        assert!(info.stdout.contains("INCOMPLETE"), "{}", info.stdout);
+    }
+}
+
+#[test]
+fn a_track_by_transforms_that_is_renamed_half_way_goes_on() {
+    let bench = Bench::new();
+    let run = replay(&bench, &renamed(500, 1000, b"odom\0", b"odo2\0"));
+    says(
+        &run,
+        0,
+        &["`base_link` in `odo2`", "all are taken for one track"],
+    );
+    let whole = bench.tmam(&log(), "replay {} --features g");
+    assert_eq!(whole.code, 0);
+    assert_eq!(bench.json("f")["counts"], bench.json("g")["counts"]);
+    let arguments = "replay {} --features f --set input.world_frame='odo2'";
+    let half = bench.tmam(&bench.path("log.mcap"), arguments);
+    says(&half, 0, &["readings have no pose"]);
+}
+
+#[test]
+fn odometry_of_which_no_message_holds_a_pose_is_told_as_that() {
+    let bench = Bench::new();
+    let bytes = changed(|mut message| {
+        if message.topic == "/odom" {
+            // Header, child frame, position, quaternion.
+            let frame = u32::from_le_bytes(message.data[12..16].try_into().unwrap()) as usize;
+            let child = (16 + frame).next_multiple_of(4);
+            let length = u32::from_le_bytes(message.data[child..child + 4].try_into().unwrap());
+            let x = 4 + (child + 4 + length as usize - 4).next_multiple_of(8);
+            message.data[x + 24..x + 56].fill(0);
+        }
+        if message.topic == "/tf" {
+            return Vec::new();
+        }
+        vec![message]
+    });
+    let said = "its messages hold no pose (NaN";
+    says(&replay(&bench, &bytes), 2, &[said]);
+    let info = bench.tmam(&bench.path("log.mcap"), "info {}").stdout;
+    let info = info.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        info.contains("look at what publishes /odom: its messages hold no pose"),
+        "{info}"
+    );
+}

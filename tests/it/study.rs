@@ -1,0 +1,111 @@
+//! The tables of `docs/evaluation.md`: every rule in the paper's room, at several noises and over
+//! many seeds.
+//!
+//! The study takes a while, so it runs when asked for; the page says how. It fails where the page
+//! does not hold what it finds, and puts it there under `TMAM_UPDATE_DOCS=1`.
+
+mod drives;
+mod table_one;
+mod tables;
+
+use std::fs;
+use std::path::Path;
+
+use drives::{Case, Drive, Rules, run};
+use tables::Row;
+
+/// Seeds of the study.
+const SEEDS: u64 = 20;
+
+/// Where the tables stand on the page.
+const BEGIN: &str = "<!-- tables: begin -->\n";
+const END: &str = "<!-- tables: end -->\n";
+
+/// Seeds of the drives that are not in the room's main tables, and of the switches.
+const FEWER_SEEDS: u64 = 10;
+
+/// Every drive and noise of the study.
+fn cases() -> Vec<Case> {
+    [Drive::Stepwise, Drive::Driven]
+        .into_iter()
+        .flat_map(|drive| [0.001, 0.003, 0.010].map(|sigma| Case { drive, sigma }))
+        .collect()
+}
+
+/// Ten laps, and odometry that drifts.
+fn other_cases() -> Vec<Case> {
+    [Drive::TenLaps, Drive::LittleDrift, Drive::MuchDrift]
+        .into_iter()
+        .flat_map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }))
+        .collect()
+}
+
+/// Where the noise-aware rule is tried without each of its switches.
+fn cases_of_switches() -> Vec<Case> {
+    [
+        (Drive::Driven, 0.003),
+        (Drive::Driven, 0.010),
+        (Drive::TenLaps, 0.003),
+        (Drive::LittleDrift, 0.003),
+    ]
+    .map(|(drive, sigma)| Case { drive, sigma })
+    .to_vec()
+}
+
+fn rows(cases: &[Case], seeds: u64, rules: &Rules) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for case in cases {
+        for (rule, runs) in rules.names().zip(run(*case, 1..=seeds, rules)) {
+            rows.push((*case, rule, runs));
+        }
+    }
+    rows
+}
+
+#[test]
+#[ignore = "takes minutes; docs/evaluation.md says how to run it"]
+fn the_page_holds_what_the_study_finds() {
+    let rules = Rules::all();
+    let mut found = tables::all(&rows(&cases(), SEEDS, &rules), SEEDS);
+    let measured = rows(&cases(), SEEDS, &Rules::measuring());
+    found.push_str(&tables::measured(&measured, SEEDS));
+    let others = rows(&other_cases(), FEWER_SEEDS, &rules);
+    found.push_str(&tables::others(&others, FEWER_SEEDS));
+    let without = rows(&cases_of_switches(), FEWER_SEEDS, &Rules::without_each());
+    found.push_str(&tables::switches(&without, FEWER_SEEDS));
+    println!("{found}");
+
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evaluation.md");
+    let text = fs::read_to_string(&page).unwrap();
+    let (head, rest) = text.split_once(BEGIN).unwrap();
+    let (held, tail) = rest.split_once(END).unwrap();
+    if std::env::var_os("TMAM_UPDATE_DOCS").is_some() {
+        fs::write(&page, format!("{head}{BEGIN}{found}{END}{tail}")).unwrap();
+    } else {
+        assert!(
+            held == found,
+            "docs/evaluation.md holds other tables; see there how to renew them"
+        );
+    }
+}
+
+/// The same study on one seed, so that it is known to run.
+#[test]
+fn a_study_of_one_seed_is_the_same_every_time() {
+    let rules = Rules::all();
+    let case = Case {
+        drive: Drive::Driven,
+        sigma: 0.003,
+    };
+    let table = || {
+        let rows: Vec<_> = rules
+            .names()
+            .zip(run(case, 7..=7, &rules))
+            .map(|(rule, runs)| (case, rule, runs))
+            .collect();
+        tables::all(&rows, 1)
+    };
+    let first = table();
+    assert!(first.contains("| driven, 3 mm | paper |"), "{first}");
+    assert_eq!(first, table());
+}

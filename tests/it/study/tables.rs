@@ -1,0 +1,294 @@
+//! The study's scores as Markdown.
+
+use std::fmt::Write as _;
+
+use tmam_replay::tools::evaluate::Evaluation;
+use tmam_replay::tools::evaluate::errors::Nees;
+use tmam_replay::tools::evaluate::map::{KindScore, MapScore};
+
+use super::drives::Case;
+use super::table_one;
+
+/// A case, a rule, and its scores over the seeds.
+pub type Row = (Case, &'static str, Vec<Evaluation>);
+
+/// A column: its head, and what a row has there.
+type Column<'a> = (&'a str, &'a dyn Fn(&[Evaluation]) -> String);
+
+/// Every table of the page.
+pub fn all(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(&mut text, "Labels and suspects", &labels(rows));
+    section(&mut text, "Suspects under other gates", &gates(rows));
+    let of = format!("exact of {seeds}");
+    section(&mut text, "The whole map", &map(rows, &of, |e| &e.map));
+    section(
+        &mut text,
+        "The confirmed map",
+        &map(rows, &of, |e| &e.confirmed),
+    );
+    section(&mut text, "Covariances", &covariances(rows));
+    section(&mut text, "Table I", &table_one::table(rows, seeds));
+    text
+}
+
+/// Ten laps, and odometry that drifts.
+pub fn others(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(
+        &mut text,
+        "Ten laps, and drift",
+        &summary(rows, "rule", seeds),
+    );
+    text
+}
+
+/// Sigma as measured from the ranges.
+pub fn measured(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(
+        &mut text,
+        "Without variance in the messages",
+        &summary(rows, "rule", seeds),
+    );
+    text
+}
+
+/// The noise-aware rule without each of its switches.
+pub fn switches(rows: &[Row], seeds: u64) -> String {
+    let mut text = String::new();
+    section(
+        &mut text,
+        "Without one switch",
+        &summary(rows, "without", seeds),
+    );
+    text
+}
+
+/// One row for all that matters of a case.
+fn summary(rows: &[Row], second: &str, seeds: u64) -> String {
+    let exact = format!("exact of {seeds}");
+    let twice = |e: &Evaluation| {
+        (e.confirmed.lines.duplicates.len() + e.confirmed.points.duplicates.len()) as u64
+    };
+    let spurious = |e: &Evaluation| {
+        (e.confirmed.lines.spurious.len() + e.confirmed.points.spurious.len()) as u64
+    };
+    let missed =
+        |e: &Evaluation| (e.confirmed.lines.missed.len() + e.confirmed.points.missed.len()) as u64;
+    let text = table(
+        rows,
+        &[
+            ("labelled %", &|r| {
+                percent(sum(r, |e| e.labels.given()), sum(r, |e| e.labels.arcs))
+            }),
+            ("wrong of given %", &|r| {
+                percent(
+                    sum(r, |e| e.labels.wrong_labels()),
+                    sum(r, |e| e.labels.given()),
+                )
+            }),
+            (&exact, &|r| {
+                sum(r, |e| u64::from(e.confirmed.is_exact())).to_string()
+            }),
+            ("missed", &|r| each(r, missed)),
+            ("twice", &|r| each(r, twice)),
+            ("else spurious", &|r| each(r, spurious)),
+            ("NEES lines", &|r| {
+                mean_nees(r, |e| e.confirmed.lines.errors.nees)
+            }),
+            ("NEES points", &|r| {
+                mean_nees(r, |e| e.confirmed.points.errors.nees)
+            }),
+            ("Table I, all twelve", &|r| {
+                table_one::complete(r).to_string()
+            }),
+        ],
+    );
+    format!(
+        "Maps are the confirmed ones; exact and Table I are of {seeds} seeds, counts per seed.\n\n{}",
+        text.replacen("| room | rule |", &format!("| room | {second} |"), 1)
+    )
+}
+
+fn section(text: &mut String, title: &str, table: &str) {
+    let _ = write!(text, "\n### {title}\n\n{table}");
+}
+
+/// A table whose first two columns are the case and the rule.
+pub fn table(rows: &[Row], columns: &[Column<'_>]) -> String {
+    let mut text = "| room | rule |".to_owned();
+    for (head, _) in columns {
+        let _ = write!(text, " {head} |");
+    }
+    text.push_str("\n|---|---|");
+    text.push_str(&"---:|".repeat(columns.len()));
+    text.push('\n');
+    for (case, rule, runs) in rows {
+        let _ = write!(text, "| {} | {rule} |", case.name());
+        for (_, cell) in columns {
+            let _ = write!(text, " {} |", cell(runs));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Sums a count over the seeds.
+fn sum(runs: &[Evaluation], of: impl Fn(&Evaluation) -> u64) -> u64 {
+    runs.iter().map(of).sum()
+}
+
+/// A share of sums over the seeds, per cent.
+fn percent(part: u64, whole: u64) -> String {
+    match whole {
+        0 => "-".to_owned(),
+        _ => format!("{:.1}", 100.0 * part as f64 / whole as f64),
+    }
+}
+
+/// A count per seed.
+pub fn each(runs: &[Evaluation], of: impl Fn(&Evaluation) -> u64) -> String {
+    format!("{:.1}", sum(runs, of) as f64 / runs.len().max(1) as f64)
+}
+
+fn labels(rows: &[Row]) -> String {
+    let lines = |e: &Evaluation| {
+        e.labels.contact.line + e.labels.intersection.line + e.labels.unidentified.line
+    };
+    let points = |e: &Evaluation| {
+        e.labels.contact.point + e.labels.intersection.point + e.labels.unidentified.point
+    };
+    let share =
+        |runs: &[Evaluation],
+         part: &dyn Fn(&Evaluation) -> u64,
+         whole: &dyn Fn(&Evaluation) -> u64| { percent(sum(runs, part), sum(runs, whole)) };
+    table(
+        rows,
+        &[
+            ("labelled %", &|r| {
+                share(r, &|e| e.labels.given(), &|e| e.labels.arcs)
+            }),
+            ("wrong of given %", &|r| {
+                share(r, &|e| e.labels.wrong_labels(), &|e| e.labels.given())
+            }),
+            ("contact right %", &|r| {
+                share(r, &|e| e.labels.contact.line, &|e| e.labels.contact.total())
+            }),
+            ("found %", &|r| share(r, &|e| e.labels.contact.line, &lines)),
+            ("intersection right %", &|r| {
+                share(r, &|e| e.labels.intersection.point, &|e| {
+                    e.labels.intersection.total()
+                })
+            }),
+            ("found %", &|r| {
+                share(r, &|e| e.labels.intersection.point, &points)
+            }),
+            ("wrong found by suspects %", &|r| {
+                share(r, &|e| e.suspects.configured.wrong_found, &|e| {
+                    e.suspects.wrong
+                })
+            }),
+            ("right accused %", &|r| {
+                share(r, &|e| e.suspects.configured.right_accused, &|e| {
+                    e.suspects.right
+                })
+            }),
+        ],
+    )
+}
+
+fn gates(rows: &[Row]) -> String {
+    let at = |place: usize| {
+        move |runs: &[Evaluation]| {
+            let gate = |e: &Evaluation| e.suspects.gates[place].score;
+            format!(
+                "{} / {}",
+                percent(
+                    sum(runs, |e| gate(e).wrong_found),
+                    sum(runs, |e| e.suspects.wrong)
+                ),
+                percent(
+                    sum(runs, |e| gate(e).right_accused),
+                    sum(runs, |e| e.suspects.right)
+                ),
+            )
+        }
+    };
+    let cells = [at(0), at(1), at(2), at(3)];
+    let heads = ["chi2 2.71", "3.84", "6.63", "10.83"];
+    let columns: Vec<Column<'_>> = heads
+        .iter()
+        .zip(&cells)
+        .map(|(head, cell)| (*head, cell as &dyn Fn(&[Evaluation]) -> String))
+        .collect();
+    format!(
+        "Wrong labels found and right labels accused, both %.\n\n{}",
+        table(rows, &columns)
+    )
+}
+
+fn map(rows: &[Row], exact: &str, of: fn(&Evaluation) -> &MapScore) -> String {
+    let count = |kind: fn(&MapScore) -> &KindScore, what: fn(&KindScore) -> u64| {
+        move |runs: &[Evaluation]| each(runs, |e| what(kind(of(e))))
+    };
+    let lines: fn(&MapScore) -> &KindScore = |m| &m.lines;
+    let points: fn(&MapScore) -> &KindScore = |m| &m.points;
+    table(
+        rows,
+        &[
+            (exact, &|r| {
+                sum(r, |e| u64::from(of(e).is_exact())).to_string()
+            }),
+            ("lines right", &count(lines, |k| k.matches.len() as u64)),
+            ("missed", &count(lines, |k| k.missed.len() as u64)),
+            ("twice", &count(lines, |k| k.duplicates.len() as u64)),
+            ("else spurious", &count(lines, |k| k.spurious.len() as u64)),
+            ("walls covered %", &|r| {
+                let covered: f64 = r.iter().filter_map(|e| lines(of(e)).covered).sum();
+                format!("{:.1}", 100.0 * covered / r.len().max(1) as f64)
+            }),
+            ("points right", &count(points, |k| k.matches.len() as u64)),
+            ("missed", &count(points, |k| k.missed.len() as u64)),
+            ("twice", &count(points, |k| k.duplicates.len() as u64)),
+            ("else spurious", &count(points, |k| k.spurious.len() as u64)),
+        ],
+    )
+}
+
+fn mean_nees(runs: &[Evaluation], of: fn(&Evaluation) -> Nees) -> String {
+    let (mut total, mut features) = (0.0, 0);
+    for nees in runs.iter().map(of) {
+        total += nees.mean.unwrap_or(0.0) * nees.features as f64;
+        features += nees.features;
+    }
+    match features {
+        0 => "-".to_owned(),
+        n => format!("{:.2}", total / n as f64),
+    }
+}
+
+fn covariances(rows: &[Row]) -> String {
+    let nees = |of: fn(&Evaluation) -> Nees| move |runs: &[Evaluation]| mean_nees(runs, of);
+    format!(
+        "Normalised error squared per degree of freedom, mean over features and seeds.\n\n{}",
+        table(
+            rows,
+            &[
+                ("confirmed lines", &nees(|e| e.confirmed.lines.errors.nees)),
+                (
+                    "confirmed points",
+                    &nees(|e| e.confirmed.points.errors.nees)
+                ),
+                (
+                    "lines of one run",
+                    &nees(|e| e.extracted_lines.pure_errors.nees)
+                ),
+                (
+                    "points of one run",
+                    &nees(|e| e.extracted_points.pure_errors.nees)
+                ),
+            ],
+        )
+    )
+}
