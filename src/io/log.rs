@@ -4,6 +4,7 @@
 //! [`Log`](crate::core::log::Log). A new encoding is a decoder in [`decoder`], a new message type a function in
 //! [`types`].
 
+mod assemble;
 mod budget;
 pub mod channels;
 pub mod clock;
@@ -16,22 +17,21 @@ mod description;
 mod error;
 pub mod fuzzing;
 mod gather;
-mod gathered;
+mod hits;
 mod json;
 pub mod leaps;
 mod message;
+mod moving;
 mod notes;
-mod outliers;
+mod odometry;
 mod poses;
 mod protobuf;
 mod ranges;
 mod read;
 mod repeats;
-mod rings;
 mod ros;
 mod sonars;
 mod stamps;
-mod strays;
 pub mod survey;
 mod transforms;
 pub mod truth;
@@ -40,9 +40,8 @@ mod value;
 pub mod writer;
 
 pub use error::{LogError, MissingMount, UnplacedRing, itemised};
-pub use gathered::Gathered;
 pub use message::Role;
 pub use notes::{NO_POSE, NO_RANGE};
-pub use read::{read, read_with_truth, read_with_truth_in};
+pub use read::{Gathered, read, read_with_truth, read_with_truth_in};
 pub use sonars::{TOO_WIDE, WIDEST_BEAM};
 pub use stamps::ClockSet;

@@ -170,10 +170,8 @@ impl Channels {
                 custom::paths(fields),
                 Way::Described(Box::new(fields.clone())),
             )),
-            None => types::known(&type_name, &topic).map(|known| {
-                let paths = known.paths.iter().map(|path| (*path).to_owned());
-                (known.role, paths.collect(), Way::Type(known.read))
-            }),
+            None => types::known(&type_name, &topic)
+                .map(|known| (known.role, known.paths(), Way::Type(known.read))),
         };
         let role = known.as_ref().map(|(role, ..)| *role);
         let topics = match role {

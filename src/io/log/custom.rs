@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::message::{Content, MOST_SONARS, OdometryMessage, RangeMessage, Role};
+use super::message::{Content, FARTHEST, MOST_SONARS, RangeMessage, Role, TransformMessage};
 use super::poses::rotation;
 use super::value::{Field, FieldError, Fields};
 use crate::core::config::channel::{AngleUnit, ChannelFields, Given, TimeUnit};
@@ -106,7 +106,10 @@ fn reading(
     })
 }
 
-fn odometry(described: &ChannelFields, fields: &Fields<'_>) -> Result<OdometryMessage, FieldError> {
+fn odometry(
+    described: &ChannelFields,
+    fields: &Fields<'_>,
+) -> Result<TransformMessage, FieldError> {
     let [stamp, frame, x, y, yaw, turn @ ..] = fields.all::<9>();
     let metres = described.metres_per_unit.unwrap_or(1.0);
     let position = Vector3::new(x.number()?, y.number()?, 0.0) * metres;
@@ -118,13 +121,13 @@ fn odometry(described: &ChannelFields, fields: &Fields<'_>) -> Result<OdometryMe
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
         yaw.is_finite().then_some(turn)
     };
-    let is_finite = position.iter().all(|x| x.is_finite());
-    Ok(OdometryMessage {
+    let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
+    Ok(TransformMessage {
         stamp_ns: stamp_of(described, &stamp)?,
-        world_frame: frame_of(described, &frame)?,
-        robot_frame: String::new(),
-        world_from_robot: turn
-            .filter(|_| is_finite)
+        parent: frame_of(described, &frame)?,
+        child: String::new(),
+        parent_from_child: turn
+            .filter(|_| is_place)
             .map(|turn| Isometry3::from_parts(position.into(), turn)),
     })
 }
@@ -212,7 +215,7 @@ mod tests {
         let text = r#"{"p":{"x":1,"y":2,"z":9},"q":{"x":0,"y":0,"z":1,"w":0},"a":90,"bad":null}"#;
         let yaw = |description: &str| match content(description, text).unwrap() {
             Content::Odometry(odometry) => {
-                let pose = odometry.world_from_robot.unwrap();
+                let pose = odometry.parent_from_child.unwrap();
                 assert_eq!((pose.translation.x, pose.translation.y), (1.0, 2.0));
                 pose.rotation.euler_angles().2
             }

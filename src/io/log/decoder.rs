@@ -252,7 +252,7 @@ mod tests {
                 data: data.into(),
             }),
         };
-        Decoder::of(&channel, name)
+        Decoder::of(&channel, name, vec!["range".to_owned()])
     }
 
     #[test]
@@ -264,8 +264,9 @@ mod tests {
         for name in ["sensor_msgs/msg/Range", "sensor_msgs::msg::dds_::Range_"] {
             let decoder = decoder("cdr", "", name, b"").unwrap();
             for variance in [&[][..], &[0; 4]] {
-                let value = decoder.decode(&[&message[..], variance].concat()).unwrap();
-                assert_eq!(value.number("range"), Ok(1.5), "{name}");
+                let message = [&message[..], variance].concat();
+                let [range] = decoder.decode(&message).unwrap().all();
+                assert_eq!(range.number(), Ok(1.5), "{name}");
             }
         }
     }
@@ -302,22 +303,31 @@ mod tests {
         })
     }
 
+    fn of(
+        decoders: &mut Decoders,
+        encoding: &str,
+        schema: &Rc<Schema>,
+    ) -> Result<Rc<Decoder>, String> {
+        let channel = channel(encoding, schema);
+        decoders.of(&channel, &schema.name, false, vec!["b".to_owned()])
+    }
+
     #[test]
     fn channels_of_one_definition_share_what_it_was_parsed_to() {
         let mut decoders = Decoders::default();
         let [one, other] = [b"uint8 a", b"uint8 b"].map(|text| schema("ros2msg", text));
         for _ in 0..2000 {
-            decoders.of(&channel("cdr", &one), &one.name).unwrap();
+            of(&mut decoders, "cdr", &one).unwrap();
         }
         assert_eq!((decoders.parsed, decoders.made.len()), (7, 1));
-        let decoder = decoders.of(&channel("cdr", &other), &other.name).unwrap();
+        let decoder = of(&mut decoders, "cdr", &other).unwrap();
         assert_eq!((decoders.parsed, decoders.made.len()), (14, 2));
-        let value = decoder.decode(&[0, 1, 0, 0, 9]).unwrap();
-        assert_eq!(value.number("b"), Ok(9.0));
+        let [b] = decoder.decode(&[0, 1, 0, 0, 9]).unwrap().all();
+        assert_eq!(b.number(), Ok(9.0));
         // Nor is one that cannot be parsed tried again.
         let broken = schema("ros2msg", b"\xff");
         for _ in 0..3 {
-            assert!(decoders.of(&channel("cdr", &broken), &broken.name).is_err());
+            assert!(of(&mut decoders, "cdr", &broken).is_err());
         }
         assert_eq!(decoders.parsed, 15);
     }
@@ -332,7 +342,7 @@ mod tests {
         for (encoding, schema_encoding, most) in cases {
             let mut decoders = Decoders::default();
             let long = schema(schema_encoding, &vec![b'#'; most + 1]);
-            let refused = decoders.of(&channel(encoding, &long), &long.name);
+            let refused = of(&mut decoders, encoding, &long);
             let said = refused.unwrap_err();
             assert!(said.contains(&format!("no more than {most}")), "{said}");
             assert_eq!(decoders.parsed, 0, "{encoding}");
@@ -346,7 +356,7 @@ mod tests {
         let outcomes: Vec<bool> = (0..30)
             .map(|_| {
                 let schema = schema("ros2msg", &comment);
-                let outcome = decoders.of(&channel("cdr", &schema), &schema.name);
+                let outcome = of(&mut decoders, "cdr", &schema);
                 outcome.is_ok()
             })
             .collect();
@@ -354,6 +364,6 @@ mod tests {
         assert!(outcomes[..read].iter().all(|made| *made), "{outcomes:?}");
         assert!(outcomes[read..].iter().all(|made| !made), "{outcomes:?}");
         let json = schema("jsonschema", &vec![b' '; MOST_TOGETHER]);
-        assert!(decoders.of(&channel("json", &json), &json.name).is_ok());
+        assert!(of(&mut decoders, "json", &json).is_ok());
     }
 }

@@ -104,8 +104,7 @@ fn message(encoding: &str, schema_encoding: &str, name: &str, input: &[u8]) {
         }),
     };
     for known in types::TYPES {
-        let paths = known.paths.iter().map(|path| (*path).to_owned()).collect();
-        if let Ok(decoder) = Decoder::of(&channel, &channel.schema.name, paths)
+        if let Ok(decoder) = Decoder::of(&channel, &channel.schema.name, known.paths())
             && let Ok(fields) = decoder.decode(message)
         {
             let _ = (known.read)(&fields);

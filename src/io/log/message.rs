@@ -5,6 +5,10 @@ use nalgebra::{Isometry3, Point3};
 /// No more sonars than this are told apart.
 pub const MOST_SONARS: usize = 4096;
 
+/// A coordinate beyond this is no place that a robot, or a sonar on it, was at: more than twice round the
+/// Earth, metres.
+pub const FARTHEST: f64 = 1e8;
+
 /// What the messages of a type are good for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
@@ -24,7 +28,8 @@ pub enum Content {
     Ranges(Vec<RangeMessage>),
     /// So many ranges that they are not even looked at.
     Crowd(usize),
-    Odometry(OdometryMessage),
+    /// The world's frame is the parent, the robot's the child.
+    Odometry(TransformMessage),
     Transforms(Vec<TransformMessage>),
     Hits(HitsMessage),
     /// A URDF.
@@ -86,20 +91,12 @@ impl RangeMessage {
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct OdometryMessage {
-    pub stamp_ns: i64,
-    pub world_frame: String,
-    /// Empty where the message does not name it.
-    pub robot_frame: String,
-    /// `None` where a number is not finite or the quaternion is zero.
-    pub world_from_robot: Option<Isometry3<f64>>,
-}
-
+/// Where one frame is in another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransformMessage {
     pub stamp_ns: i64,
     pub parent: String,
+    /// Empty where the message does not name it.
     pub child: String,
     /// `None` where a number is not finite or the quaternion is zero.
     pub parent_from_child: Option<Isometry3<f64>>,

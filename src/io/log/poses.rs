@@ -2,31 +2,22 @@
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
-use super::message::{Content, OdometryMessage, TransformMessage};
+use super::message::{Content, FARTHEST, TransformMessage};
 use super::value::{Field, FieldError, Fields};
-
-/// A coordinate beyond this is no place that a robot was at: more than twice round the Earth, metres.
-const FARTHEST: f64 = 1e8;
 
 /// `nav_msgs/Odometry`, and `geometry_msgs/TransformStamped` on a topic of its own.
 pub fn odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
-    let [stamp, world, robot, pose @ ..] = fields.all::<10>();
-    Ok(Content::Odometry(OdometryMessage {
-        stamp_ns: stamp.time()?,
-        world_frame: world.frame()?,
-        robot_frame: robot.frame()?,
-        world_from_robot: isometry(&pose)?,
-    }))
+    transform(&fields.all(), isometry).map(Content::Odometry)
 }
 
 /// `geometry_msgs/PoseStamped` and `PoseWithCovarianceStamped`.
 pub fn pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
     let [stamp, world, pose @ ..] = fields.all::<9>();
-    Ok(Content::Odometry(OdometryMessage {
+    Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time()?,
-        world_frame: world.frame()?,
-        robot_frame: String::new(),
-        world_from_robot: isometry(&pose)?,
+        parent: world.frame()?,
+        child: String::new(),
+        parent_from_child: isometry(&pose)?,
     }))
 }
 
@@ -53,11 +44,11 @@ fn foxglove_stamped(
     } else {
         None
     };
-    Ok(Content::Odometry(OdometryMessage {
+    Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time_or_zero()?,
-        world_frame: world.frame()?,
-        robot_frame,
-        world_from_robot: pose,
+        parent: world.frame()?,
+        child: robot_frame,
+        parent_from_child: pose,
     }))
 }
 
@@ -149,7 +140,7 @@ mod tests {
     use super::*;
     use crate::io::log::types::read_json;
 
-    fn odometry_of(name: &str, text: &str) -> OdometryMessage {
+    fn odometry_of(name: &str, text: &str) -> TransformMessage {
         match read_json(name, text).unwrap() {
             Content::Odometry(odometry) => odometry,
             other => panic!("{other:?}"),
@@ -161,20 +152,20 @@ mod tests {
         let text = r#"{"timestamp":{"sec":1,"nsec":5},"frame_id":"/odom","body_frame_id":"base",
             "pose":{"position":{"x":1,"y":2,"z":0}}}"#;
         let odometry = odometry_of("foxglove.Odometry", text);
-        let frames = (&*odometry.world_frame, &*odometry.robot_frame);
+        let frames = (&*odometry.parent, &*odometry.child);
         assert_eq!(frames, ("odom", "base"));
-        assert_eq!(odometry.world_from_robot.unwrap().translation.y, 2.0);
+        assert_eq!(odometry.parent_from_child.unwrap().translation.y, 2.0);
         let pose = odometry_of("foxglove.PoseInFrame", text);
-        assert_eq!(pose.robot_frame, "");
+        assert_eq!(pose.child, "");
         let empty = odometry_of("foxglove.PoseInFrame", r#"{"frame_id":"odom"}"#);
-        assert_eq!((empty.stamp_ns, empty.world_from_robot), (0, None));
+        assert_eq!((empty.stamp_ns, empty.parent_from_child), (0, None));
     }
 
     #[test]
     fn a_quaternion_of_zero_is_no_pose() {
         let text = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},"pose":{
             "position":{"x":1,"y":2,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":0}}}"#;
-        let pose = |text: &str| odometry_of("geometry_msgs/PoseStamped", text).world_from_robot;
+        let pose = |text: &str| odometry_of("geometry_msgs/PoseStamped", text).parent_from_child;
         assert_eq!(pose(text), None);
         let turned = text.replace("\"w\":0", "\"w\":3");
         assert!(pose(&turned).is_some());
@@ -186,12 +177,12 @@ mod tests {
         let pose = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},"pose":{"pose":{
             "position":{"x":1,"y":2,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}}}}"#;
         let odometry = odometry_of("geometry_msgs/PoseWithCovarianceStamped", pose);
-        assert_eq!(odometry.world_from_robot.unwrap().translation.x, 1.0);
+        assert_eq!(odometry.parent_from_child.unwrap().translation.x, 1.0);
         let transform = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},
             "child_frame_id":"/body","transform":{"translation":{"x":1,"y":2,"z":0},
             "rotation":{"x":0,"y":0,"z":0,"w":1}}}"#;
         let odometry = odometry_of("geometry_msgs/TransformStamped", transform);
-        assert_eq!(odometry.robot_frame, "body");
+        assert_eq!(odometry.child, "body");
     }
 
     #[test]

@@ -1,12 +1,12 @@
-//! Protobuf messages, read by a plan made of the descriptors that the file carries: it takes the wanted
-//! fields and steps over all others.
+//! Protobuf messages, read by the descriptors that the file carries: every wanted field is looked up in the
+//! bytes, and all others are stepped over.
 
 use std::collections::BTreeMap;
 
 use prost::Message as _;
-use prost::encoding::{WireType, decode_key, decode_varint, skip_field};
+use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint, skip_field};
 use prost_types::field_descriptor_proto::{Label, Type};
-use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
+use prost_types::{DescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
 use super::value::{NANOSECONDS, SECONDS, Value, behind, time_of};
 
@@ -23,41 +23,23 @@ pub enum ProtobufError {
     Field,
 }
 
-/// The message types of a schema by their full names, and whether fields of each are there or not even where
-/// they are no messages, as in proto2.
-struct Types<'d>(BTreeMap<String, (&'d DescriptorProto, bool)>);
-
 /// Reads the messages of one type.
 #[derive(Debug)]
 pub struct Decoder {
-    plan: Plan,
-    wanted: usize,
+    /// The fields that lead to each of the wanted paths; none where it leads nowhere.
+    ways: Vec<Vec<Part>>,
 }
 
-/// What is taken of the messages of a type, by the numbers of its fields.
-#[derive(Debug, Default)]
-struct Plan {
-    takes: BTreeMap<u32, Take>,
-}
-
+/// One field on the way.
 #[derive(Debug)]
-struct Take {
-    /// The paths that end at the field.
-    slots: Vec<usize>,
-    /// Those that end in it, too.
-    all: Vec<usize>,
-    kind: Kind,
+struct Part {
+    number: u32,
+    kind: Type,
     is_array: bool,
     /// Whether what is absent is not there; else it has the default of its kind.
     has_presence: bool,
-}
-
-#[derive(Debug)]
-enum Kind {
-    Basic(Type),
-    Message(Plan),
-    /// A message of seconds and nanoseconds, with the numbers of these fields.
-    Time(u32, u32),
+    /// The numbers of the two fields of a message that is a time.
+    time: Option<(u32, u32)>,
 }
 
 impl Decoder {
@@ -71,12 +53,13 @@ impl Decoder {
         let set = set.map_err(|error| ProtobufError::Descriptors(error.to_string()))?;
         let mut types = Types(BTreeMap::new());
         set.file.iter().for_each(|file| types.take_file(file));
-        let wanted = paths.iter().map(String::as_str).enumerate();
-        let wanted: Vec<(usize, &str)> = wanted.filter(|(_, path)| !path.is_empty()).collect();
-        Ok(Self {
-            plan: types.plan(name.trim_start_matches('.'), &wanted)?,
-            wanted: paths.len(),
-        })
+        let name = name.trim_start_matches('.');
+        if !types.0.contains_key(name) {
+            return Err(ProtobufError::UnknownType(name.to_owned()));
+        }
+        let ways = paths.iter().map(|path| types.way(name, path));
+        let ways = ways.collect::<Result<_, _>>()?;
+        Ok(Self { ways })
     }
 
     /// What stands at each path of a message. Numbers, texts and arrays that are absent have their default;
@@ -85,18 +68,23 @@ impl Decoder {
     /// # Errors
     /// Bytes that do not fit the schema.
     pub fn decode<'m>(&self, message: &'m [u8]) -> Result<Vec<Value<'m>>, ProtobufError> {
-        let mut values = vec![Value::Nothing; self.wanted];
-        self.plan.read(message, &mut values)?;
-        Ok(values)
+        let at = |way: &Vec<Part>| match way.split_first() {
+            Some((part, rest)) => find(message, part, rest),
+            None => Ok(Value::Nothing),
+        };
+        self.ways.iter().map(at).collect()
     }
 }
+
+/// The message types of a schema by their full names, and whether fields of each are there or not even where
+/// they are no messages, as in proto2.
+struct Types<'d>(BTreeMap<String, (&'d DescriptorProto, bool)>);
 
 impl<'d> Types<'d> {
     fn take_file(&mut self, file: &'d FileDescriptorProto) {
         let is_proto3 = file.syntax() == "proto3";
-        let mut inside: Vec<(String, &DescriptorProto)> = (file.message_type.iter())
-            .map(|message| (file.package().to_owned(), message))
-            .collect();
+        let messages = file.message_type.iter();
+        let mut inside: Vec<_> = messages.map(|m| (file.package().to_owned(), m)).collect();
         while let Some((scope, message)) = inside.pop() {
             let dot = if scope.is_empty() { "" } else { "." };
             let name = format!("{scope}{dot}{}", message.name());
@@ -110,203 +98,179 @@ impl<'d> Types<'d> {
         }
     }
 
-    fn plan(&self, name: &str, wanted: &[(usize, &str)]) -> Result<Plan, ProtobufError> {
-        let unknown = || ProtobufError::UnknownType(name.to_owned());
-        let (message, all_have_presence) = self.0.get(name).ok_or_else(unknown)?;
-        let mut plan = Plan::default();
-        for field in &message.field {
-            let inside = wanted.iter();
-            let inside =
-                inside.filter_map(|(slot, path)| Some((*slot, behind(path, field.name())?)));
-            let (itself, inside): (Vec<_>, Vec<_>) = inside.partition(|(_, path)| path.is_empty());
-            let slots: Vec<usize> = itself.iter().map(|(slot, _)| *slot).collect();
-            let all = [&itself[..], &inside].concat();
-            if all.is_empty() {
-                continue;
-            }
-            let is_array = field.label() == Label::Repeated;
+    fn way(&self, mut name: &'d str, mut path: &str) -> Result<Vec<Part>, ProtobufError> {
+        let mut way = Vec::new();
+        while !path.is_empty() {
+            let unknown = || ProtobufError::UnknownType(name.to_owned());
+            let (message, all_have_presence) = self.0.get(name).ok_or_else(unknown)?;
+            let mut fields = message.field.iter();
+            let field = fields.find_map(|field| Some((field, behind(path, field.name())?)));
+            let Some((field, rest)) = field else {
+                return Ok(Vec::new());
+            };
             let is_message = field.r#type() == Type::Message;
-            let take = Take {
-                slots,
-                all: all.into_iter().map(|(slot, _)| slot).collect(),
-                kind: self.kind(field, &inside)?,
+            if !is_message && !rest.is_empty() {
+                return Ok(Vec::new());
+            }
+            (name, path) = (field.type_name().trim_start_matches('.'), rest);
+            let is_array = field.label() == Label::Repeated;
+            way.push(Part {
+                number: field.number().unsigned_abs(),
+                kind: field.r#type(),
                 is_array,
                 has_presence: !is_array
                     && (*all_have_presence || is_message || field.oneof_index.is_some()),
-            };
-            plan.takes.insert(field.number().unsigned_abs(), take);
+                time: self.time(name).filter(|_| rest.is_empty()),
+            });
         }
-        Ok(plan)
+        Ok(way)
     }
 
-    fn kind(
-        &self,
-        field: &FieldDescriptorProto,
-        inside: &[(usize, &str)],
-    ) -> Result<Kind, ProtobufError> {
-        if field.r#type() != Type::Message {
-            return Ok(Kind::Basic(field.r#type()));
-        }
-        let name = field.type_name().trim_start_matches('.');
+    fn time(&self, name: &str) -> Option<(u32, u32)> {
+        let (message, _) = self.0.get(name)?;
         let part = |names: &[&str]| {
-            let (message, _) = self.0.get(name)?;
-            let part = message.field.iter().find(|part| {
-                let is_whole = matches!(
-                    part.r#type(),
-                    Type::Int32 | Type::Int64 | Type::Uint32 | Type::Uint64
-                );
-                names.contains(&part.name()) && is_whole && part.label() != Label::Repeated
-            })?;
-            Some(part.number().unsigned_abs())
+            let mut fields = message.field.iter();
+            let field = fields.find(|field| names.contains(&field.name()))?;
+            Some(field.number().unsigned_abs())
         };
-        match (part(&SECONDS), part(&NANOSECONDS)) {
-            (Some(seconds), Some(nanoseconds)) if inside.is_empty() => {
-                Ok(Kind::Time(seconds, nanoseconds))
-            }
-            _ => Ok(Kind::Message(self.plan(name, inside)?)),
-        }
+        Some((part(&SECONDS)?, part(&NANOSECONDS)?))
     }
 }
 
-impl Plan {
-    /// Takes a message; what it does not have is left at its default.
-    fn read<'m>(&self, message: &'m [u8], out: &mut [Value<'m>]) -> Result<(), ProtobufError> {
-        for take in self.takes.values() {
-            let slots = if take.is_array {
-                &take.all
-            } else {
-                &take.slots
-            };
-            slots
-                .iter()
-                .for_each(|slot| put(out, *slot, take.default()));
+/// What stands at the end of a way that begins with a field of a message.
+fn find<'m>(message: &'m [u8], part: &Part, rest: &[Part]) -> Result<Value<'m>, ProtobufError> {
+    let mut found = part.default(rest.is_empty());
+    let mut bytes = message;
+    while let Some((number, field)) = Field::next(&mut bytes)? {
+        if number != part.number {
+            continue;
         }
-        each_field(
-            message,
-            &mut |number, field| match self.takes.get(&number) {
-                Some(take) => take.read(field, out),
-                None => Ok(()),
-            },
-        )
-    }
-}
-
-impl Take {
-    fn default(&self) -> Value<'static> {
-        match &self.kind {
-            _ if self.has_presence => Value::Nothing,
-            Kind::Basic(Type::String | Type::Bytes) | Kind::Message(_) | Kind::Time(..)
-                if self.is_array =>
-            {
-                Value::List(Vec::new())
-            }
-            Kind::Basic(_) if self.is_array => Value::Numbers(Vec::new()),
-            Kind::Basic(Type::String) => Value::Text("".into()),
-            Kind::Basic(Type::Bytes) => Value::Bytes(&[]),
-            Kind::Basic(Type::Double | Type::Float) => Value::Float(0.0),
-            _ => Value::Int(0),
-        }
-    }
-
-    fn read<'m>(&self, field: Wire<'m>, out: &mut [Value<'m>]) -> Result<(), ProtobufError> {
-        let packed = match (&self.kind, field) {
-            (Kind::Basic(Type::String | Type::Bytes), _) => None,
-            (Kind::Basic(kind), Wire::Bytes(packed)) if self.is_array => Some((*kind, packed)),
-            _ => None,
-        };
-        if let Some((kind, mut packed)) = packed {
-            while !packed.is_empty() {
-                let field = Wire::take(wire_type(kind), &mut packed)?;
-                self.add(&basic(kind, field)?, out);
-            }
-            return Ok(());
-        }
-        let value = match (&self.kind, field) {
-            (Kind::Basic(kind), field) => basic(*kind, field)?,
-            (Kind::Time(seconds, nanoseconds), Wire::Bytes(message)) => {
-                let mut parts = (0, 0);
-                each_field(message, &mut |number, field| {
-                    match field {
-                        Wire::Varint(n) if number == *seconds => parts.0 = n.cast_signed(),
-                        Wire::Varint(n) if number == *nanoseconds => parts.1 = n.cast_signed(),
-                        _ => {}
-                    }
-                    Ok(())
-                })?;
-                Value::Time(time_of(parts.0, parts.1))
-            }
-            (Kind::Message(plan), Wire::Bytes(message)) if self.is_array => {
-                let mut inner = vec![Value::Nothing; out.len()];
-                plan.read(message, &mut inner)?;
-                for slot in &self.all {
-                    let is_itself = self.slots.contains(slot);
-                    let value = if is_itself {
-                        Some(&Value::Message)
-                    } else {
-                        inner.get(*slot)
-                    };
-                    push(out, *slot, value.cloned().unwrap_or(Value::Nothing));
+        let value = match (field, rest.split_first()) {
+            (Field::Bytes(inner), Some((next, rest))) => find(inner, next, rest)?,
+            (Field::Bytes(packed), _) if part.is_array && wire_type(part.kind).is_some() => {
+                let mut packed = packed;
+                while !packed.is_empty() {
+                    let field = Field::take(wire_type(part.kind), &mut packed)?;
+                    push(&mut found, part.value(field)?);
                 }
-                return Ok(());
+                continue;
             }
-            (Kind::Message(plan), Wire::Bytes(message)) => {
-                plan.read(message, out)?;
-                Value::Message
-            }
-            _ => return Err(ProtobufError::Field),
+            _ => part.value(field)?,
         };
-        self.add(&value, out);
-        Ok(())
-    }
-
-    fn add<'m>(&self, value: &Value<'m>, out: &mut [Value<'m>]) {
-        for slot in &self.slots {
-            if self.is_array {
-                push(out, *slot, value.clone());
-            } else {
-                put(out, *slot, value.clone());
-            }
+        if part.is_array {
+            push(&mut found, value);
+        } else {
+            found = value;
         }
     }
+    Ok(found)
 }
 
-fn put<'m>(out: &mut [Value<'m>], slot: usize, value: Value<'m>) {
-    if let Some(place) = out.get_mut(slot) {
-        *place = value;
-    }
-}
-
-fn push<'m>(out: &mut [Value<'m>], slot: usize, value: Value<'m>) {
-    match out.get_mut(slot) {
-        Some(Value::Numbers(numbers)) => numbers.extend(value.as_number()),
-        Some(Value::List(items)) => items.push(value),
+fn push<'m>(array: &mut Value<'m>, value: Value<'m>) {
+    match array {
+        Value::Numbers(numbers) => numbers.extend(value.as_number()),
+        Value::List(items) => items.push(value),
         _ => {}
     }
 }
 
-/// A field as it lies in the bytes.
-#[derive(Debug, Clone, Copy)]
-enum Wire<'m> {
-    Varint(u64),
-    Four([u8; 4]),
-    Eight([u8; 8]),
-    Bytes(&'m [u8]),
+impl Part {
+    fn default(&self, is_last: bool) -> Value<'static> {
+        let is_number = wire_type(self.kind).is_some();
+        match self.kind {
+            _ if self.has_presence => Value::Nothing,
+            _ if self.is_array && is_number && is_last => Value::Numbers(Vec::new()),
+            _ if self.is_array => Value::List(Vec::new()),
+            Type::String => Value::Text("".into()),
+            Type::Bytes => Value::Bytes(&[]),
+            Type::Double | Type::Float => Value::Float(0.0),
+            _ => Value::Int(0),
+        }
+    }
+
+    /// What a field holds.
+    fn value<'m>(&self, field: Field<'m>) -> Result<Value<'m>, ProtobufError> {
+        let whole = |n: u64| i64::try_from(n).map_or(Value::Float(n as f64), Value::Int);
+        Ok(match (self.kind, field) {
+            (Type::Double, Field::Eight(n)) => Value::Float(f64::from_bits(n)),
+            (Type::Float, Field::Four(n)) => Value::Float(f32::from_bits(n).into()),
+            (Type::Fixed64, Field::Eight(n)) | (Type::Uint64, Field::Varint(n)) => whole(n),
+            (Type::Sfixed64, Field::Eight(n)) | (Type::Int64, Field::Varint(n)) => {
+                Value::Int(n.cast_signed())
+            }
+            (Type::Fixed32, Field::Four(n)) => Value::Int(n.into()),
+            (Type::Sfixed32, Field::Four(n)) => Value::Int(n.cast_signed().into()),
+            (Type::Uint32, Field::Varint(n)) => Value::Int((n as u32).into()),
+            (Type::Int32 | Type::Enum, Field::Varint(n)) => Value::Int((n as i32).into()),
+            (Type::Bool, Field::Varint(n)) => Value::Int((n != 0).into()),
+            (Type::Sint32 | Type::Sint64, Field::Varint(n)) => {
+                Value::Int((n >> 1).cast_signed() ^ -(n & 1).cast_signed())
+            }
+            (Type::String, Field::Bytes(text)) => {
+                let text = std::str::from_utf8(text).map_err(|_| ProtobufError::Field)?;
+                Value::Text(text.into())
+            }
+            (Type::Bytes, Field::Bytes(bytes)) => Value::Bytes(bytes),
+            (Type::Message, Field::Bytes(message)) => match self.time {
+                Some((seconds, nanoseconds)) => Value::Time(time_of(
+                    varint(message, seconds)?,
+                    varint(message, nanoseconds)?,
+                )),
+                None => Value::Message,
+            },
+            _ => return Err(ProtobufError::Field),
+        })
+    }
 }
 
-impl<'m> Wire<'m> {
-    fn take(kind: WireType, rest: &mut &'m [u8]) -> Result<Self, ProtobufError> {
+/// A whole number in a message; 0 where it is absent.
+fn varint(mut message: &[u8], wanted: u32) -> Result<i64, ProtobufError> {
+    let mut found = 0;
+    while let Some((number, field)) = Field::next(&mut message)? {
+        match field {
+            Field::Varint(n) if number == wanted => found = n.cast_signed(),
+            _ => {}
+        }
+    }
+    Ok(found)
+}
+
+/// A field as it lies in the bytes.
+#[derive(Debug, Clone, Copy)]
+enum Field<'m> {
+    Varint(u64),
+    Four(u32),
+    Eight(u64),
+    Bytes(&'m [u8]),
+    Group,
+}
+
+impl<'m> Field<'m> {
+    fn next(rest: &mut &'m [u8]) -> Result<Option<(u32, Self)>, ProtobufError> {
+        if rest.is_empty() {
+            return Ok(None);
+        }
+        let (number, kind) = decode_key(rest)?;
+        if kind == WireType::StartGroup {
+            skip_field(kind, number, rest, DecodeContext::default())?;
+            return Ok(Some((number, Self::Group)));
+        }
+        Ok(Some((number, Self::take(Some(kind), rest)?)))
+    }
+
+    fn take(kind: Option<WireType>, rest: &mut &'m [u8]) -> Result<Self, ProtobufError> {
         Ok(match kind {
-            WireType::Varint => Self::Varint(decode_varint(rest)?),
-            WireType::ThirtyTwoBit => Self::Four(first(rest)?),
-            WireType::SixtyFourBit => Self::Eight(first(rest)?),
-            WireType::LengthDelimited => {
-                let length =
-                    usize::try_from(decode_varint(rest)?).map_err(|_| ProtobufError::Field)?;
+            Some(WireType::Varint) => Self::Varint(decode_varint(rest)?),
+            Some(WireType::ThirtyTwoBit) => Self::Four(u32::from_le_bytes(first(rest)?)),
+            Some(WireType::SixtyFourBit) => Self::Eight(u64::from_le_bytes(first(rest)?)),
+            Some(WireType::LengthDelimited) => {
+                let length = usize::try_from(decode_varint(rest)?);
+                let length = length.map_err(|_| ProtobufError::Field)?;
                 let (bytes, behind) = rest.split_at_checked(length).ok_or(ProtobufError::Field)?;
                 *rest = behind;
                 Self::Bytes(bytes)
             }
-            WireType::StartGroup | WireType::EndGroup => return Err(ProtobufError::Field),
+            _ => return Err(ProtobufError::Field),
         })
     }
 }
@@ -317,66 +281,20 @@ fn first<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], ProtobufError> {
     Ok(*bytes)
 }
 
-/// Hands over every field of a message but groups.
-fn each_field<'m>(
-    mut rest: &'m [u8],
-    take: &mut dyn FnMut(u32, Wire<'m>) -> Result<(), ProtobufError>,
-) -> Result<(), ProtobufError> {
-    while !rest.is_empty() {
-        let (number, kind) = decode_key(&mut rest)?;
-        if kind == WireType::StartGroup {
-            skip_field(
-                kind,
-                number,
-                &mut rest,
-                prost::encoding::DecodeContext::default(),
-            )?;
-        } else {
-            take(number, Wire::take(kind, &mut rest)?)?;
-        }
-    }
-    Ok(())
-}
-
-fn wire_type(kind: Type) -> WireType {
+/// How a number lies in the bytes; `None` for what is none.
+fn wire_type(kind: Type) -> Option<WireType> {
     match kind {
-        Type::Double | Type::Fixed64 | Type::Sfixed64 => WireType::SixtyFourBit,
-        Type::Float | Type::Fixed32 | Type::Sfixed32 => WireType::ThirtyTwoBit,
-        Type::String | Type::Bytes | Type::Message => WireType::LengthDelimited,
-        Type::Group => WireType::StartGroup,
-        _ => WireType::Varint,
+        Type::Double | Type::Fixed64 | Type::Sfixed64 => Some(WireType::SixtyFourBit),
+        Type::Float | Type::Fixed32 | Type::Sfixed32 => Some(WireType::ThirtyTwoBit),
+        Type::String | Type::Bytes | Type::Message | Type::Group => None,
+        _ => Some(WireType::Varint),
     }
-}
-
-fn basic(kind: Type, field: Wire<'_>) -> Result<Value<'_>, ProtobufError> {
-    let whole = |n: u64| i64::try_from(n).map_or(Value::Float(n as f64), Value::Int);
-    Ok(match (kind, field) {
-        (Type::Double, Wire::Eight(bytes)) => Value::Float(f64::from_le_bytes(bytes)),
-        (Type::Float, Wire::Four(bytes)) => Value::Float(f32::from_le_bytes(bytes).into()),
-        (Type::Fixed64, Wire::Eight(bytes)) => whole(u64::from_le_bytes(bytes)),
-        (Type::Sfixed64, Wire::Eight(bytes)) => Value::Int(i64::from_le_bytes(bytes)),
-        (Type::Fixed32, Wire::Four(bytes)) => Value::Int(u32::from_le_bytes(bytes).into()),
-        (Type::Sfixed32, Wire::Four(bytes)) => Value::Int(i32::from_le_bytes(bytes).into()),
-        (Type::Uint64, Wire::Varint(n)) => whole(n),
-        (Type::Uint32, Wire::Varint(n)) => Value::Int((n as u32).into()),
-        (Type::Int64, Wire::Varint(n)) => Value::Int(n.cast_signed()),
-        (Type::Int32 | Type::Enum, Wire::Varint(n)) => Value::Int((n as i32).into()),
-        (Type::Bool, Wire::Varint(n)) => Value::Int((n != 0).into()),
-        (Type::Sint32 | Type::Sint64, Wire::Varint(n)) => {
-            Value::Int((n >> 1).cast_signed() ^ -(n & 1).cast_signed())
-        }
-        (Type::String, Wire::Bytes(text)) => Value::Text(
-            std::str::from_utf8(text)
-                .map_err(|_| ProtobufError::Field)?
-                .into(),
-        ),
-        (Type::Bytes, Wire::Bytes(bytes)) => Value::Bytes(bytes),
-        _ => return Err(ProtobufError::Field),
-    })
 }
 
 #[cfg(test)]
 mod tests {
+    use prost_types::FieldDescriptorProto;
+
     use super::*;
 
     #[test]

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::assemble::assemble;
 use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
 use super::clock::{ChannelClock, Clocks};
@@ -150,11 +151,12 @@ impl Mending {
         clocks: Vec<ChannelClock>,
     ) -> Result<Survey, LogError> {
         loop {
-            let attempt = self.gatherer.clone().finish(
+            let attempt = assemble(
+                self.gatherer.clone(),
                 self.file.clone(),
                 &self.config,
                 channels.to_vec(),
-                losses.to_vec(),
+                losses,
             );
             match attempt {
                 Ok(finished) => {
@@ -248,7 +250,8 @@ impl Mending {
                 self.config.input.odometry_topics = vec![globset::escape(&chosen)];
             }
             LogError::NoRobotFrame { .. } if self.config.input.robot_frame.is_none() => {
-                self.config.input.robot_frame = Some(likely_robot_frame(&self.gatherer.frames()));
+                self.config.input.robot_frame =
+                    Some(likely_robot_frame(&self.gatherer.transforms.frames()));
                 if self.no_odometry {
                     return Ok(()); // follows from that
                 }

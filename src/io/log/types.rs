@@ -16,34 +16,17 @@ pub struct MessageType {
     /// Its ROS 1 or Foxglove name.
     pub name: &'static str,
     pub role: Role,
-    /// In the order in which `read` takes them.
-    pub paths: &'static [&'static str],
     pub read: Read,
+    paths: &'static str,
 }
 
-/// Some paths, and then those of a position and of an orientation.
-macro_rules! pose {
-    ($($path:literal),+; $position:literal, $orientation:literal) => {
-        &[
-            $($path,)+
-            concat!($position, ".x"), concat!($position, ".y"), concat!($position, ".z"),
-            concat!($orientation, ".x"), concat!($orientation, ".y"),
-            concat!($orientation, ".z"), concat!($orientation, ".w"),
-        ]
-    };
-}
-
-const fn of(
-    name: &'static str,
-    role: Role,
-    read: Read,
-    paths: &'static [&'static str],
-) -> MessageType {
+/// The paths of the wanted fields, with blanks between them; `:xyz` stands for three that end so.
+const fn of(name: &'static str, role: Role, read: Read, paths: &'static str) -> MessageType {
     MessageType {
         name,
         role,
-        paths,
         read,
+        paths,
     }
 }
 
@@ -52,107 +35,68 @@ pub const TYPES: &[MessageType] = &[
         "sensor_msgs/Range",
         Role::Range,
         ranges::range,
-        &[
-            "header.stamp",
-            "header.frame_id",
-            "range",
-            "min_range",
-            "max_range",
-            "field_of_view",
-            "variance",
-        ],
+        "header.stamp header.frame_id range min_range max_range field_of_view variance",
     ),
     of(
         "sensor_msgs/LaserScan",
         Role::Range,
         ranges::laser_scan,
-        &[
-            "header.stamp",
-            "header.frame_id",
-            "ranges",
-            "angle_min",
-            "angle_max",
-            "angle_increment",
-            "time_increment",
-            "range_min",
-            "range_max",
-        ],
+        "header.stamp header.frame_id ranges angle_min angle_max angle_increment time_increment \
+         range_min range_max",
     ),
     of(
         "foxglove.LaserScan",
         Role::Range,
         ranges::foxglove_scan,
-        pose![
-        "timestamp", "frame_id", "ranges", "start_angle", "end_angle", "pose"; "pose.position", "pose.orientation"],
+        "timestamp frame_id ranges start_angle end_angle pose pose.position:xyz pose.orientation:xyzw",
     ),
     of(
         "sensor_msgs/PointCloud",
         Role::Range,
         clouds::point_cloud,
-        &[
-            "header.stamp",
-            "header.frame_id",
-            "points.x",
-            "points.y",
-            "points.z",
-        ],
+        "header.stamp header.frame_id points:xyz",
     ),
     of(
         "sensor_msgs/PointCloud2",
         Role::Range,
         clouds::point_cloud_2,
-        &[
-            "header.stamp",
-            "header.frame_id",
-            "fields.name",
-            "fields.offset",
-            "fields.datatype",
-            "is_bigendian",
-            "point_step",
-            "data",
-        ],
+        "header.stamp header.frame_id fields.name fields.offset fields.datatype is_bigendian point_step data",
     ),
     of(
         "nav_msgs/Odometry",
         Role::Odometry,
         poses::odometry,
-        pose![
-        "header.stamp", "header.frame_id", "child_frame_id"; "pose.pose.position", "pose.pose.orientation"],
+        "header.stamp header.frame_id child_frame_id pose.pose.position:xyz pose.pose.orientation:xyzw",
     ),
     of(
         "foxglove.Odometry",
         Role::Odometry,
         poses::foxglove_odometry,
-        pose![
-        "timestamp", "frame_id", "body_frame_id", "pose"; "pose.position", "pose.orientation"],
+        "timestamp frame_id body_frame_id pose pose.position:xyz pose.orientation:xyzw",
     ),
     of(
         "foxglove.PoseInFrame",
         Role::Pose,
         poses::foxglove_pose,
-        pose![
-        "timestamp", "frame_id", "pose"; "pose.position", "pose.orientation"],
+        "timestamp frame_id pose pose.position:xyz pose.orientation:xyzw",
     ),
     of(
         "geometry_msgs/PoseStamped",
         Role::Pose,
         poses::pose,
-        pose![
-        "header.stamp", "header.frame_id"; "pose.position", "pose.orientation"],
+        "header.stamp header.frame_id pose.position:xyz pose.orientation:xyzw",
     ),
     of(
         "geometry_msgs/PoseWithCovarianceStamped",
         Role::Pose,
         poses::pose,
-        pose![
-        "header.stamp", "header.frame_id"; "pose.pose.position", "pose.pose.orientation"],
+        "header.stamp header.frame_id pose.pose.position:xyz pose.pose.orientation:xyzw",
     ),
     of(
         "geometry_msgs/TransformStamped",
         Role::Pose,
         poses::odometry,
-        pose![
-        "header.stamp", "header.frame_id", "child_frame_id"; "transform.translation", "transform.rotation"],
+        "header.stamp header.frame_id child_frame_id transform.translation:xyz transform.rotation:xyzw",
     ),
     of(
         "tf2_msgs/TFMessage",
@@ -170,24 +114,34 @@ pub const TYPES: &[MessageType] = &[
         "foxglove.FrameTransforms",
         Role::Transform,
         poses::foxglove_transforms,
-        pose![
-        "transforms.timestamp", "transforms.parent_frame_id", "transforms.child_frame_id";
-        "transforms.translation", "transforms.rotation"],
+        "transforms.timestamp transforms.parent_frame_id transforms.child_frame_id \
+         transforms.translation:xyz transforms.rotation:xyzw",
     ),
     of(
         "foxglove.FrameTransform",
         Role::Transform,
         poses::foxglove_transform,
-        pose![
-        "timestamp", "parent_frame_id", "child_frame_id"; "translation", "rotation"],
+        "timestamp parent_frame_id child_frame_id translation:xyz rotation:xyzw",
     ),
-    of("std_msgs/String", Role::Description, description, &["data"]),
+    of("std_msgs/String", Role::Description, description, "data"),
 ];
 
-const TRANSFORMS: &[&str] = pose![
-    "transforms.header.stamp", "transforms.header.frame_id", "transforms.child_frame_id";
-    "transforms.transform.translation", "transforms.transform.rotation"
-];
+const TRANSFORMS: &str = "transforms.header.stamp transforms.header.frame_id transforms.child_frame_id \
+                          transforms.transform.translation:xyz transforms.transform.rotation:xyzw";
+
+impl MessageType {
+    /// The paths of the wanted fields, in the order in which `read` takes them.
+    pub fn paths(&self) -> Vec<String> {
+        let paths = self
+            .paths
+            .split(' ')
+            .flat_map(|path| match path.split_once(':') {
+                Some((path, ends)) => ends.chars().map(|end| format!("{path}.{end}")).collect(),
+                None => vec![path.to_owned()],
+            });
+        paths.collect()
+    }
+}
 
 /// How a message type is read; `None` for types that are not. Text is a robot's description only on a topic
 /// of that name.
@@ -216,8 +170,7 @@ fn description(fields: &Fields<'_>) -> Result<Content, FieldError> {
 #[cfg(test)]
 pub fn read_json(name: &str, text: &str) -> Result<Content, FieldError> {
     let known = known(name, "").unwrap();
-    let paths: Vec<String> = known.paths.iter().map(|path| (*path).to_owned()).collect();
-    let values = super::json::decode(text.as_bytes(), &paths).unwrap();
-    let paths = &paths;
+    let paths = &known.paths();
+    let values = super::json::decode(text.as_bytes(), paths).unwrap();
     (known.read)(&Fields { paths, values })
 }
