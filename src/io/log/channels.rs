@@ -251,11 +251,11 @@ impl Reader {
         };
         match content.map_err(|error| DecodeError::Message(error.to_string()))? {
             Content::Crowd(count) => Err(DecodeError::Channel(format!(
-                "its messages hold {count} ranges; no more than {MOST_SONARS} sonars are told apart"
+                "a message of it holds {count} ranges; no more than {MOST_SONARS} sonars are told apart"
             ))),
             content if content.sonars() > LARGEST_RING && !self.asked_for => {
                 Err(DecodeError::Channel(format!(
-                    "its messages hold {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
+                    "a message of it holds {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
                      they are sonars, choose it with --range-topic",
                     content.sonars()
                 )))

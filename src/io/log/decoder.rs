@@ -265,7 +265,8 @@ mod tests {
             let decoder = decoder("cdr", "", name, b"").unwrap();
             for variance in [&[][..], &[0; 4]] {
                 let message = [&message[..], variance].concat();
-                let [range] = decoder.decode(&message).unwrap().all();
+                let fields = decoder.decode(&message).unwrap();
+                let [range] = fields.all();
                 assert_eq!(range.number(), Ok(1.5), "{name}");
             }
         }
@@ -322,7 +323,8 @@ mod tests {
         assert_eq!((decoders.parsed, decoders.made.len()), (7, 1));
         let decoder = of(&mut decoders, "cdr", &other).unwrap();
         assert_eq!((decoders.parsed, decoders.made.len()), (14, 2));
-        let [b] = decoder.decode(&[0, 1, 0, 0, 9]).unwrap().all();
+        let fields = decoder.decode(&[0, 1, 0, 0, 9]).unwrap();
+        let [b] = fields.all();
         assert_eq!(b.number(), Ok(9.0));
         // Nor is one that cannot be parsed tried again.
         let broken = schema("ros2msg", b"\xff");
