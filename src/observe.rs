@@ -1,5 +1,14 @@
+//! What watches a replay and writes or shows what it sees.
+
+pub mod carried;
+pub mod drawing;
 pub mod features;
 pub mod progress;
+#[cfg(feature = "viewer")]
+pub mod recording;
+#[cfg(not(feature = "viewer"))]
+#[path = "observe/without_viewer.rs"]
 pub mod recording;
 pub mod report;
 pub mod trace;
+pub mod viewer;

@@ -8,7 +8,7 @@ use crate::io::config::file::ConfigError;
 use crate::io::log::{LogError, itemised};
 use crate::io::output::OutputError;
 use crate::io::outputs::OutputsError;
-use crate::observe::recording;
+use crate::observe::viewer;
 use crate::tools::check::CheckError;
 use crate::tools::diff::DiffError;
 use crate::tools::evaluate::TruthError;
@@ -87,7 +87,7 @@ pub enum Error {
     Report(#[from] std::io::Error),
     /// The recording.
     #[error(transparent)]
-    Recording(#[from] recording::Error),
+    Recording(#[from] viewer::Error),
 }
 
 impl Error {

@@ -11,9 +11,10 @@ use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log;
 use crate::io::outputs::{Requested, Written};
-use crate::observe::recording::{Evaluated, Recording};
+use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::carried::carried;
+use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Truth, evaluate, json, text};
 use crate::tools::golden::{Collector, LogInfo};
@@ -78,12 +79,8 @@ impl Args {
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {
             if let Some(out) = &mut outputs.recording {
-                let evaluated = Evaluated {
-                    truth: &truth,
-                    evaluation: &evaluation,
-                    map: &outcome.map,
-                };
-                let mut recording = Recording::of_evaluated(out, setting, evaluated)?;
+                let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
+                let mut recording = Recording::new(Some(out), None, setting, overlay)?;
                 let mut collector = Collector::new(setting.sonars);
                 replay.run(&mut [&mut recording, &mut collector])?;
                 let labels = collector.finish(&outcome).labels.unwrap_or_default();

@@ -10,12 +10,13 @@ use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::log;
 use crate::io::outputs::Requested;
+use crate::observe::drawing::Overlay;
 use crate::observe::features;
 use crate::observe::progress::Progress;
-use crate::observe::recording::live::{DEFAULT_URL, Live};
-use crate::observe::recording::{self, Recording};
+use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
 use crate::observe::trace::Trace;
+use crate::observe::viewer::{self, DEFAULT_URL};
 use crate::tools::carried::carried;
 use crate::tools::golden::{Collector, LogInfo};
 
@@ -94,26 +95,24 @@ impl Args {
             recording: self.output,
             features: self.features,
             trace: self.trace,
-            no_recording: self.no_recording,
+            no_recording: self.no_recording || !viewer::IS_BUILT_IN,
             live: self.connect.is_some() || self.spawn,
             ..Requested::default()
         };
         let mut outputs = requested.open(&self.log)?;
         let url = self.connect.or(self.spawn.then(|| DEFAULT_URL.to_owned()));
-        let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose();
-        let viewer = viewer.map_err(recording::Error::from)?;
+        let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose()?;
 
-        let only_live = outputs.recording.is_none();
         let mut lost = None;
         let outcome = {
             let mut progress = Progress::new(&setting);
-            let file: Option<Box<dyn io::Write + '_>> = match outputs.recording.as_mut() {
-                Some(out) => Some(Box::new(out)),
-                None => viewer.is_some().then(|| Box::new(io::sink()) as _),
-            };
-            let mut recording = file
-                .map(|out| Recording::with_viewer(out, viewer, only_live, setting))
-                .transpose()?;
+            let file = outputs.recording.as_mut();
+            let file = file.map(|out| out as &mut dyn io::Write);
+            let mut recording = None;
+            if file.is_some() || viewer.is_some() {
+                let overlay = Overlay::default();
+                recording = Some(Recording::new(file, viewer, setting, overlay)?);
+            }
             let mut collector = recording.as_ref().map(|_| Collector::new(setting.sonars));
             let mut trace = outputs.trace.as_mut().map(|out| {
                 let path = out.path().to_owned();
@@ -127,7 +126,7 @@ impl Args {
             if let (Some(recording), Some(collector)) = (recording, collector) {
                 let labels = collector.finish(&outcome).labels.unwrap_or_default();
                 let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
-                lost = recording.close(Some(&carried))?.1;
+                lost = recording.close(Some(&carried))?;
             }
             outcome
         };

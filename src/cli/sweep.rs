@@ -11,10 +11,10 @@ use crate::core::world::World;
 use crate::io::output::{Output, is_stdout};
 use crate::io::outputs::refuse_collisions;
 use crate::observe::progress::CellProgress;
-use crate::observe::recording::grid;
+use crate::observe::recording::write_grid;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::sweep::{
-    AxisError, Grid, Plan, Request, SweepError, TruthSource, csv, json, table,
+    AxisError, Grid, Plan, Request, SweepError, TruthSource, csv, drawing, json, table,
 };
 
 /// Replay a log under every combination of parameters, and rank them
@@ -139,7 +139,8 @@ impl Args {
         }
         if let Some(path) = output {
             let mut out = Output::create(path)?;
-            grid::write(&mut out, &sweep)?;
+            let grid = drawing::grid(&sweep).map_err(|source| out.failed(source))?;
+            write_grid(&mut out, &grid)?;
             out.commit()?;
         }
         if self.json {

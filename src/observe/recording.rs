@@ -1,201 +1,309 @@
 //! Turns a replay into a Rerun recording with its own layout.
 //!
 //! The one place where Rerun types appear. The same replay gives the same bytes: see [`encode`].
+//! [`entity`] lists everything that is drawn and how it looks, [`blueprint`] the views.
 
 mod about;
 mod arcs;
 mod blueprint;
+mod canvas;
 mod carried;
 mod closed;
-mod covariance;
-mod decided;
 mod encode;
-mod error;
+mod entity;
 mod evidence;
 mod extent;
-mod finish;
-pub mod grid;
+mod grid;
 mod hold;
-pub mod live;
+mod live;
 mod log;
 mod map;
-mod names;
 mod origin;
 mod overlay;
 mod plots;
+mod reports;
 mod robot;
-mod shapes;
-mod start;
 mod style;
-mod suspects;
-mod table;
 #[cfg(test)]
 mod tests;
-mod truth;
-mod views;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-pub use self::carried::{Carried, CarriedError};
-use self::closed::ClosedTables;
-use self::decided::DecidedTables;
-use self::encode::RrdWriter;
-pub use self::error::Error;
-use self::evidence::EvidenceTable;
+use rerun::components::TextLogLevel;
+use rerun::{RecordingInfo, Scalars, Scale3D, Transform3D};
+
+use self::blueprint::Layout;
+use self::canvas::{Canvas, Moment};
+pub use self::carried::read_carried;
+use self::closed::Closed;
+use self::encode::{RrdWriter, store_ids};
+use self::entity::Entity;
 use self::extent::Extent;
+pub use self::grid::write_grid;
 use self::hold::{Held, Hold};
-use self::live::LiveError;
-use self::log::LogTable;
-use self::map::MapTables;
-use self::overlay::OverlayTable;
-pub use self::overlay::{Overlay, Sketched};
+pub use self::live::Live;
+use self::log::opening;
+use self::map::Map;
+use self::origin::Origin;
 use self::plots::Limits;
-use self::robot::RobotTables;
-use self::suspects::SuspectTables;
-use self::table::{Moment, Timelines};
-pub use self::truth::Evaluated;
-use self::truth::TruthTables;
-use crate::core::event::{Sonar, SonarId};
+use self::reports::Reports;
+use self::robot::Robot;
+use crate::core::event::SonarId;
 use crate::core::frames::Frame;
-use crate::core::observer::{Observer, ObserverError};
+use crate::core::observer::{Observer, ObserverError, Setting};
 use crate::core::tmam::step::Step;
+use crate::core::wording::counted;
+use crate::observe::carried::Carried;
+use crate::observe::drawing::Overlay;
+use crate::observe::viewer::Error;
+
+/// What the angle plots are laid out for until the beams are known, radians.
+const USUAL_BEAM_WIDTH: f64 = 0.5;
 
 /// A Rerun recording being written.
-pub struct Recording<W: Write> {
-    out: RrdWriter<W>,
-    // Whether the viewer's end is the recording's.
-    only_live: bool,
-    lost: Option<LiveError>,
-    lines: Timelines,
-    sonars: Vec<Sonar>,
+pub struct Recording<'a> {
+    canvas: Canvas<'a>,
     limits: Limits,
     beam_width: f64,
     extent: Extent,
     seen: BTreeSet<SonarId>,
-    span: Option<(Moment, Moment)>,
+    // The first frame and the last one so far.
+    span: Option<[Moment; 2]>,
     // What the log says at the first frame; taken then.
     opening: Vec<(&'static str, String)>,
     labels: BTreeMap<&'static str, u64>,
     hold: Hold,
-    decided: DecidedTables,
-    evidence: EvidenceTable,
-    closed: ClosedTables,
-    map: MapTables,
-    robot: RobotTables,
-    log: LogTable,
-    suspects: SuspectTables,
-    truth: Option<TruthTables>,
+    closed: Closed,
+    map: Map,
+    robot: Robot,
+    reports: Reports,
     overlay: Overlay,
-    marks: OverlayTable,
 }
 
-impl<W: Write> Recording<W> {
-    /// Closes the file after [`Observer::finish`], with the results of the run in it where they are
-    /// `carried`; gives the writer back, flushed, and why the viewer was not shown everything.
+impl<'a> Recording<'a> {
+    /// Starts a recording, with `overlay` drawn over it; an open viewer, where there is one, is shown
+    /// it as well. When that goes away it is an error where there is no `out`; else the recording goes
+    /// on without, and [`close`](Self::close) says so.
     ///
     /// # Errors
-    /// When the rest cannot be written.
-    pub fn close(mut self, carried: Option<&Carried>) -> Result<(W, Option<LiveError>), Error> {
-        if let Some(carried) = carried {
-            carried.put(&mut self.out)?;
-        }
-        let (out, lost) = self.out.finish()?;
-        match lost {
-            Some(error) if self.only_live => Err(error.into()),
-            lost => Ok((out, self.lost.or(lost))),
-        }
+    /// When it cannot be written to.
+    pub fn new(
+        out: Option<&'a mut dyn Write>,
+        viewer: Option<Live>,
+        setting: Setting<'_>,
+        overlay: Overlay,
+    ) -> Result<Self, Error> {
+        let source = setting.source;
+        let world = overlay.truth.as_ref().map_or("", |truth| &truth.world);
+        let ids = store_ids(&setting, world);
+        let file = RrdWriter::new(out, viewer, ids, source.start_ns)?;
+        let origin = Origin::of(setting.start);
+        let config = setting.config;
+        let mut recording = Self {
+            canvas: Canvas::new(file, source.start_ns, origin, setting.sonars),
+            limits: Limits {
+                gamma: config.triple.gamma,
+                gate: config.opinion.gate,
+            },
+            beam_width: config.triple.gamma,
+            extent: Extent::default(),
+            seen: BTreeSet::new(),
+            span: None,
+            opening: opening(&setting),
+            labels: BTreeMap::new(),
+            hold: Hold::default(),
+            closed: Closed::default(),
+            map: Map::default(),
+            robot: Robot::new(overlay.only.is_some()),
+            reports: Reports::default(),
+            overlay,
+        };
+        recording.begin(&setting)?;
+        Ok(recording)
     }
 
-    /// Notes that the viewer has gone away.
-    fn lose(&mut self, lost: Option<LiveError>) -> Result<(), Error> {
-        match lost {
-            Some(error) if self.only_live => Err(error.into()),
-            Some(error) => {
-                self.lost.get_or_insert(error);
-                Ok(())
-            }
-            None => Ok(()),
+    /// Writes everything that never changes.
+    fn begin(&mut self, setting: &Setting<'_>) -> Result<(), Error> {
+        let (canvas, source) = (&mut self.canvas, setting.source);
+        let info = RecordingInfo::new().with_name(source.file.as_str());
+        let info = info.with_start_time(source.start_ns);
+        canvas.put("/__properties", &info)?;
+        if let Some(at) = canvas.origin.shift() {
+            canvas.put("/__properties/origin", &Scalars::new([at.x, at.y]))?;
         }
+        let about = about::page(setting, &self.overlay.about, canvas.origin);
+        canvas.put("/about", &about)?;
+        // A 2D view has y down: turn the world over.
+        let flip = Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0]));
+        canvas.put("/world", &flip)?;
+        canvas.put("/world", &style::annotations())?;
+        for entity in [
+            Entity::Arcs,
+            Entity::Beams,
+            Entity::ContactPoints,
+            Entity::IntersectionPoints,
+        ] {
+            canvas.put_look(entity)?;
+        }
+        plots::put_styles(self.limits, canvas)?;
+        for entity in [
+            Entity::Suspects,
+            Entity::ClosedArcs,
+            Entity::ClosedLines,
+            Entity::ClosedPoints,
+        ] {
+            canvas.put_look(entity)?;
+        }
+        robot::put_styles(self.overlay.only.is_some(), canvas)?;
+        overlay::put(&self.overlay, canvas)?;
+        let layout = Layout {
+            bounds: None,
+            frames: 0,
+            lanes: setting.sonars.len(),
+            beam_width: USUAL_BEAM_WIDTH.max(self.limits.gamma),
+            first: None,
+            ..self.layout()
+        };
+        let preview = |canvas: &mut Canvas<'_>| blueprint::put(&layout, canvas);
+        self.canvas.preview(preview)
     }
 
     fn watch(&mut self, frame: &Frame, step: &Step) -> Result<(), Error> {
-        let out = &mut self.out;
-        let at = Moment {
-            frame: i64::from(frame.index),
-            stamp_ns: frame.stamp_ns,
-        };
-        if let Some((_, last)) = self.span {
-            self.closed.push(last, self.lines, out)?;
+        let at = Moment::new(frame.index, frame.stamp_ns);
+        if let Some([_, last]) = self.span {
+            self.closed.draw(last, &mut self.canvas)?;
         }
-        self.span = Some((self.span.map_or(at, |(first, _)| first), at));
+        self.span = Some([self.span.map_or(at, |[first, _]| first), at]);
 
-        self.seen
-            .extend(frame.entries.iter().map(|entry| entry.sonar));
+        let sonars = frame.entries.iter().map(|entry| entry.sonar);
+        self.seen.extend(sonars);
         self.extent.visit(&frame.world_from_robot);
         for arc in &step.arcs {
             self.extent.echo(arc);
             self.beam_width = self.beam_width.max(arc.beam_width);
         }
-        if self.overlay.shows(frame.index) {
-            self.robot
-                .push(at, frame.world_from_robot, self.lines, out)?;
+        let shows = self.overlay.shows(frame.index);
+        let before = frame.index.checked_sub(1);
+        let leaves = !shows && before.is_some_and(|before| self.overlay.shows(before));
+        if shows {
+            let pose = frame.world_from_robot;
+            self.robot.draw(at, pose, &mut self.canvas)?;
             self.hold.push(Held::new(at, frame, step));
             let arcs = step.arcs.iter().map(|arc| arc.id);
-            self.evidence.await_frame(at, arcs.collect());
-            self.suspects.pass(at);
-        } else if (frame.index.checked_sub(1)).is_some_and(|before| self.overlay.shows(before)) {
-            self.leave(at)?;
+            self.reports.frame(at, arcs.collect());
+        } else if leaves {
+            // The viewer would go on showing the last frame before frames that are not shown.
+            self.robot.leave(at, &mut self.canvas)?;
+            let sonars = self.seen.iter().copied();
+            self.hold.push(Held::blank(at, sonars));
+            self.reports.leave(at);
         }
-        self.digest(at, step)?;
-        self.judge(at, step)?;
-        let lost = self.out.lost();
-        self.lose(lost)
-    }
-
-    /// Ends what is shown: the viewer would go on showing the last frame before frames that are not.
-    fn leave(&mut self, at: Moment) -> Result<(), Error> {
-        self.robot.leave(at, self.lines, &mut self.out)?;
-        self.hold.push(Held::blank(at, self.seen.iter().copied()));
-        self.evidence.await_frame(at, Vec::new());
-        self.suspects.leave(at);
+        self.take(at, step)?;
+        if shows || leaves {
+            let arcs = if shows { step.arcs.as_slice() } else { &[] };
+            overlay::mark(&self.overlay, at, arcs, &mut self.canvas)?;
+        }
         Ok(())
     }
 
-    /// What a step decided, whether a frame came with it or not.
-    fn digest(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
-        let out = &mut self.out;
+    /// Takes in what a step decided, whether a frame came with it or not.
+    fn take(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
+        let canvas = &mut self.canvas;
         for (level, text) in std::mem::take(&mut self.opening) {
-            self.log.note(at, level, text, self.lines, out)?;
+            canvas.note(at, level, text)?;
         }
         for verdict in &step.verdicts {
             self.hold.decide(verdict);
             *self.labels.entry(verdict.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
-            self.decided.write(&ready, &self.sonars, self.lines, out)?;
-            self.marks
-                .push(&ready, &self.overlay, &self.sonars, self.lines, out)?;
+            arcs::draw(&ready, canvas)?;
+            plots::draw(&ready, canvas)?;
         }
-        self.closed.note(step, out.origin());
-        self.log.push(at, &step.extractions, self.lines, out)?;
-        let shown = step.judgements.iter();
-        let shown = shown.filter(|known| self.overlay.shows(known.arc.id.frame));
-        self.evidence.push(shown, self.lines, out)?;
-        self.suspects.note(&step.judgements);
-        self.map.update(at, step, self.lines, out)
+        self.closed.note(step, canvas.origin);
+        log::tell(at, &step.extractions, canvas)?;
+        for report in &step.judgements {
+            let is_drawn = self.overlay.shows(report.arc.id.frame);
+            self.reports.note(report, is_drawn);
+        }
+        self.reports.draw(canvas)?;
+        self.map.draw(at, step, canvas)
     }
 
-    /// What is wrong in a frame.
-    fn judge(&mut self, at: Moment, step: &Step) -> Result<(), Error> {
-        match &mut self.truth {
-            Some(truth) => truth.push(at, &step.arcs, &mut self.log, self.lines, &mut self.out),
-            None => Ok(()),
+    /// Writes what waited, what is known only now, and the layout that fits it.
+    fn end(&mut self, step: &Step) -> Result<(), Error> {
+        let last = self.span.map_or(Moment::new(0, 0), |[_, last]| last);
+        self.take(last, step)?;
+        let canvas = &mut self.canvas;
+        while let Some(ready) = self.hold.drain() {
+            arcs::draw(&ready, canvas)?;
+            plots::draw(&ready, canvas)?;
         }
+        if self.span.is_some() {
+            self.closed.draw(last, canvas)?;
+            let text = self.summary();
+            self.canvas.note(last, TextLogLevel::INFO, text)?;
+        }
+        let canvas = &mut self.canvas;
+        overlay::finish(&self.overlay, last, canvas)?;
+        canvas.flush()?;
+        self.reports.draw_suspects(canvas)?;
+        let ends = self.span.as_slice().concat();
+        plots::put_last(&self.seen, self.limits, &ends, canvas)?;
+        let layout = self.layout();
+        blueprint::put(&layout, &mut self.canvas)
+    }
+
+    fn summary(&self) -> String {
+        let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
+        let [walls, points, tentative] = self.map.counts();
+        format!(
+            "end: {}; {} contact, {} intersection, {} unidentified arcs, {} suspect; {} and {} in the \
+             map, {tentative} more tentative",
+            counted(self.frames().unsigned_abs(), "frame"),
+            arcs("contact"),
+            arcs("intersection"),
+            arcs("unidentified"),
+            self.reports.suspects(),
+            counted(walls as u64, "line"),
+            counted(points as u64, "point"),
+        )
+    }
+
+    fn frames(&self) -> i64 {
+        self.span
+            .map_or(0, |[first, last]| last.frame - first.frame + 1)
+    }
+
+    fn layout(&self) -> Layout {
+        Layout {
+            bounds: Some(self.extent.bounds().seen_from(self.canvas.origin)),
+            frames: self.frames(),
+            lanes: self.seen.len(),
+            sonars: self.canvas.sonars.len(),
+            beam_width: self.beam_width,
+            gate: self.limits.gate,
+            stamp: self.canvas.lines.stamp,
+            evaluated: self.overlay.truth.is_some(),
+            first: self.overlay.first_frame,
+        }
+    }
+
+    /// Closes the file after [`Observer::finish`], with the results of the run in it where they are
+    /// `carried`; gives back why the viewer was not shown everything.
+    ///
+    /// # Errors
+    /// When the rest cannot be written.
+    pub fn close(mut self, carried: Option<&Carried>) -> Result<Option<Error>, Error> {
+        if let Some(carried) = carried {
+            carried::put(carried, &mut self.canvas)?;
+        }
+        self.canvas.close()
     }
 }
 
-impl<W: Write> Observer for Recording<W> {
+impl Observer for Recording<'_> {
     fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError> {
         self.watch(frame, step).map_err(ObserverError::new)
     }

@@ -16,9 +16,7 @@ use crate::core::tmam::feature::{Action, Kind, MapFeature, Status};
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
 use crate::io::log::itemised;
-
-/// The viewer that reads the recordings.
-pub const VIEWER_VERSION: &str = "0.36.3";
+use crate::observe::viewer::VERSION;
 
 /// What a replay came to, the files it wrote and how to open them.
 ///
@@ -45,7 +43,7 @@ pub fn written(files: &[PathBuf]) -> String {
         if path.extension().is_some_and(|extension| extension == "rrd") {
             let _ = writeln!(
                 text,
-                "open with  rerun {}    (viewer {VIEWER_VERSION}: pip install rerun-sdk=={VIEWER_VERSION})",
+                "open with  rerun {}    (viewer {VERSION}: pip install rerun-sdk=={VERSION})",
                 path.display()
             );
         }

@@ -4,8 +4,8 @@ use std::io;
 
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
+use crate::observe::carried::Carried;
 use crate::observe::features;
-use crate::observe::recording::Carried;
 use crate::tools::golden::{Labels, LogInfo, RangeNoise, write_labels};
 
 /// What a recording of the replay carries: the features file, to the byte as `--features` writes it,

@@ -4,6 +4,7 @@
 //! [`Scorer`] watches a replay and ends in an [`Evaluation`]. None of it reads or writes anything:
 //! a sweep over configurations makes the truth once and a scorer for each run.
 
+pub mod drawing;
 pub mod errors;
 pub mod extracted;
 pub mod json;

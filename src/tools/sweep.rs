@@ -11,6 +11,7 @@ pub mod columns;
 pub mod conclusion;
 pub mod configured;
 pub mod csv;
+pub mod drawing;
 pub mod grid;
 pub mod json;
 pub mod request;

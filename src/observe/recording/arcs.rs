@@ -1,145 +1,44 @@
 //! Arcs in the map: of the current frame, coloured by label, with the points they were judged by.
 
-use std::io::Write;
-
-use rerun::{LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn};
-
-use super::Error;
-use super::encode::RrdWriter;
+use super::canvas::{Canvas, Dot, Row, Strip};
+use super::entity::Entity;
 use super::hold::Held;
-use super::style::{self, order, ui};
-use super::table::{Instance, Table, Timelines, put_static};
-use crate::core::event::Sonar;
+use super::style;
 use crate::core::geometry::Vec2;
 use crate::core::tmam::pair::PairPoint;
 use crate::core::tmam::triple::{Evidence, Verdict};
+use crate::observe::viewer::Error;
 
-/// The entity of the arcs.
-pub const ARCS: &str = "/world/arcs";
-
-struct ArcStrip {
-    points: Vec<[f32; 2]>,
-    class: u16,
-    /// What the viewer shows when the arc is pointed at or selected.
-    story: String,
-}
-
-impl Instance for ArcStrip {
-    fn columns(
-        arcs: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let classes: Vec<u16> = arcs.iter().map(|arc| arc.class).collect();
-        let (strips, stories): (Vec<_>, Vec<_>) =
-            arcs.into_iter().map(|arc| (arc.points, arc.story)).unzip();
-        Ok(LineStrips2D::update_fields()
-            .with_strips(strips)
-            .with_class_ids(classes)
-            .with_labels(stories)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-struct Beam([[f32; 2]; 2]);
-
-impl Instance for Beam {
-    fn columns(
-        beams: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        Ok(LineStrips2D::update_fields()
-            .with_strips(beams.iter().map(|beam| beam.0))
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-struct Touch([f32; 2]);
-
-impl Instance for Touch {
-    fn columns(
-        points: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        Ok(Points2D::update_fields()
-            .with_positions(points.iter().map(|point| point.0))
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-/// The arcs of every frame and their points.
-pub struct ArcTables {
-    sonars: Vec<String>,
-    arcs: Table<ArcStrip>,
-    beams: Table<Beam>,
-    contact_points: Table<Touch>,
-    intersection_points: Table<Touch>,
-}
-
-impl ArcTables {
-    /// Empty tables for these sonars.
-    pub fn new(sonars: &[Sonar]) -> Self {
-        Self {
-            sonars: sonars.iter().map(|sonar| sonar.name.clone()).collect(),
-            arcs: Table::new(ARCS),
-            beams: Table::new("/world/beams"),
-            contact_points: Table::new("/world/contact_points"),
-            intersection_points: Table::new("/world/intersection_points"),
-        }
-    }
-
-    /// Adds a decided frame.
-    pub fn push<W: Write>(
-        &mut self,
-        held: &Held,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let origin = out.origin();
-        let decided = || {
-            held.cells
-                .iter()
-                .filter_map(|cell| Some((cell.arc?, cell.verdict?)))
-        };
-        let strips = decided().map(|(arc, verdict)| {
-            let sonar = self.sonars.get(arc.id.sonar.index());
-            ArcStrip {
-                points: origin.sweep(&arc),
-                class: style::class(verdict.label),
-                story: story(sonar.map_or("?", String::as_str), &verdict),
-            }
-        });
-        self.arcs.push(held.moment, strips, lines, out)?;
-        let beams = decided().map(|(arc, _)| {
-            let ahead = arc.point_at(arc.world_from_sensor.yaw);
-            Beam([arc.center(), ahead].map(|place| origin.xy(place)))
-        });
-        self.beams.push(held.moment, beams, lines, out)?;
-        let touches = |pick: fn(&Evidence) -> Vec<Vec2>| {
-            decided()
-                .filter_map(|(_, verdict)| verdict.evidence)
-                .flat_map(move |evidence| pick(&evidence))
-                .map(move |point| Touch(origin.xy(point)))
-        };
-        self.contact_points
-            .push(held.moment, touches(contact_points), lines, out)?;
-        self.intersection_points
-            .push(held.moment, touches(intersection_points), lines, out)
-    }
-
-    /// Writes what waits.
-    pub fn flush<W: Write>(
-        &mut self,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        self.arcs.flush(lines, out)?;
-        self.beams.flush(lines, out)?;
-        self.contact_points.flush(lines, out)?;
-        self.intersection_points.flush(lines, out)
-    }
+/// Draws the arcs of a decided frame.
+pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let (origin, at) = (canvas.origin, held.moment);
+    let cells = held.cells.iter();
+    let decided = || {
+        cells
+            .clone()
+            .filter_map(|cell| Some((cell.arc?, cell.verdict?)))
+    };
+    let arcs = decided().map(|(arc, verdict)| Strip {
+        class: style::class(verdict.label),
+        ..Strip::named(
+            origin.sweep(&arc),
+            story(canvas.sonar(arc.id.sonar), &verdict),
+        )
+    });
+    let arcs = Row::Strips(arcs.collect());
+    canvas.row(Entity::Arcs, at, arcs)?;
+    let beams = decided().map(|(arc, _)| {
+        let ahead = arc.point_at(arc.world_from_sensor.yaw);
+        Strip::from(vec![origin.xy(arc.center()), origin.xy(ahead)])
+    });
+    canvas.row(Entity::Beams, at, Row::Strips(beams.collect()))?;
+    let touches = |pick: fn(&Evidence) -> Vec<Vec2>| {
+        let evidence = decided().filter_map(|(_, verdict)| verdict.evidence);
+        let points = evidence.flat_map(|evidence| pick(&evidence));
+        Row::Dots(points.map(|point| Dot::from(origin.xy(point))).collect())
+    };
+    canvas.row(Entity::ContactPoints, at, touches(contact_points))?;
+    canvas.row(Entity::IntersectionPoints, at, touches(intersection_points))
 }
 
 /// The sonar, the label and the evidence for it, in a line.
@@ -173,55 +72,17 @@ pub fn chi2(x: f64) -> String {
 }
 
 /// Where the common tangents with its neighbours touch the middle arc.
-fn contact_points(evidence: &Evidence) -> Vec<Vec2> {
-    on_middle(
-        &evidence.angles.before.contact,
-        &evidence.angles.after.contact,
-    )
+fn contact_points(Evidence { angles, .. }: &Evidence) -> Vec<Vec2> {
+    on_middle(&angles.before.contact, &angles.after.contact)
 }
 
 /// Where its neighbours cross the middle arc.
-fn intersection_points(evidence: &Evidence) -> Vec<Vec2> {
-    on_middle(
-        &evidence.angles.before.intersection,
-        &evidence.angles.after.intersection,
-    )
+fn intersection_points(Evidence { angles, .. }: &Evidence) -> Vec<Vec2> {
+    on_middle(&angles.before.intersection, &angles.after.intersection)
 }
 
 fn on_middle(before: &[Option<PairPoint>], after: &[Option<PairPoint>]) -> Vec<Vec2> {
     let before = before.iter().flatten().map(|pair| pair.on_b);
     let after = after.iter().flatten().map(|pair| pair.on_a);
     before.chain(after).collect()
-}
-
-/// How arcs look.
-pub fn put_styles<W: Write>(out: &mut RrdWriter<W>) -> Result<(), Error> {
-    let strips = LineStrips2D::update_fields;
-    put_static(
-        ARCS,
-        &strips()
-            .with_radii([ui(2.0)])
-            .with_show_labels(false)
-            .with_draw_order(order::ARC),
-        out,
-    )?;
-    put_static(
-        "/world/beams",
-        &strips()
-            .with_radii([ui(0.5)])
-            .with_colors([style::BEAM])
-            .with_draw_order(order::BEAM),
-        out,
-    )?;
-    for (path, color) in [
-        ("/world/contact_points", style::CONTACT),
-        ("/world/intersection_points", style::INTERSECTION),
-    ] {
-        let look = Points2D::update_fields()
-            .with_radii([ui(3.0)])
-            .with_colors([color])
-            .with_draw_order(order::TOUCH);
-        put_static(path, &look, out)?;
-    }
-    Ok(())
 }

@@ -5,20 +5,25 @@
 
 mod writer;
 
-use std::io::Write;
-
 use rerun::Timeline;
 use rerun::blueprint::components::{
-    AbsoluteTimeRange, ContainerKind, LoopMode, PanelState, PlayState,
+    AbsoluteTimeRange, ContainerKind, LinkAxis, LoopMode, PanelState, PlayState, TextLogColumn,
+    TimelineColumn, VisibleTimeRange, VisualBounds2D as VisualBounds,
 };
-use rerun::datatypes::{self, TimeInt};
-use rerun::external::re_sdk_types::blueprint::archetypes::TimePanelBlueprint;
+use rerun::blueprint::datatypes::{
+    TextLogColumn as TextLogColumnData, TextLogColumnKind, TimelineColumn as TimelineColumnData,
+};
+use rerun::components::{Range1D, Visible};
+use rerun::datatypes::{self, Bool, Range2D, TimeInt, TimeRange, TimeRangeBoundary};
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewContents,
+    VisibleTimeRanges, VisualBounds2D,
+};
 use rerun::external::uuid::Uuid;
 
-use super::Error;
-use super::encode::RrdWriter;
+use super::canvas::Canvas;
 use super::extent::Bounds;
-use super::views::{self, Bound};
+use crate::observe::viewer::Error;
 pub use writer::{FIRST_UUID, Part, Writer};
 
 /// What the layout depends on.
@@ -87,9 +92,9 @@ impl Part for Id {
 }
 
 /// Writes the whole blueprint.
-pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Error> {
-    let mut w = Writer::new(out);
-    views::map(&mut w, layout)?;
+pub fn put(layout: &Layout, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let mut w = Writer::new(canvas);
+    map(&mut w, layout)?;
     w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
     for (id, name, path, bound) in [
         (
@@ -107,7 +112,7 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
         (Id::Chi2Line, "chi2 line", "+ /chi2/line", Bound::Gate),
         (Id::Chi2Point, "chi2 point", "+ /chi2/point", Bound::Gate),
     ] {
-        views::plot(&mut w, layout, id, name, path, bound)?;
+        plot(&mut w, layout, id, name, path, bound)?;
     }
     for (tabs, angle, chi2) in [
         (Id::Line, Id::ThetaC, Id::Chi2Line),
@@ -115,8 +120,8 @@ pub fn put<W: Write>(layout: &Layout, out: &mut RrdWriter<W>) -> Result<(), Erro
     ] {
         w.container(tabs, ContainerKind::Tabs, &[angle, chi2], &[])?;
     }
-    views::labels(&mut w, layout)?;
-    views::events(&mut w, layout)?;
+    labels(&mut w, layout)?;
+    events(&mut w, layout)?;
 
     let mut tabs = vec![Id::Map, Id::About];
     if layout.evaluated {
@@ -196,4 +201,145 @@ const LOW: f32 = 230.0;
 fn heights(lanes: usize) -> (f32, f32) {
     let lanes = (LANE * lanes as f32 + ABOVE_LANES).clamp(0.25 * HEIGHT, HEIGHT - LOW);
     (lanes, HEIGHT - lanes)
+}
+
+/// The map: bounds that fit the run, and the trajectory up to the cursor.
+fn map(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
+    w.view(Id::Map, "2D", "Map", &["+ /world/**"])?;
+    if let Some(Bounds { min, max }) = layout.bounds {
+        // The view's y axis points down; the world is drawn flipped, so its bounds are too.
+        w.property(
+            Id::Map,
+            "VisualBounds2D",
+            &VisualBounds2D::new(VisualBounds(Range2D {
+                x_range: [min.x, max.x].into(),
+                y_range: [-max.y, -min.y].into(),
+            })),
+        )?;
+    }
+    let so_far = |timeline: &str| {
+        VisibleTimeRange(datatypes::VisibleTimeRange {
+            timeline: timeline.into(),
+            range: TimeRange {
+                start: TimeRangeBoundary::Infinite,
+                end: TimeRangeBoundary::CursorRelative(TimeInt(0)),
+            },
+        })
+    };
+    w.put(
+        ViewContents::blueprint_base_visualizer_path_for_entity(
+            Id::Map.uuid(),
+            &"/world/trajectory".into(),
+        ),
+        &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+    )
+}
+
+/// What the values of a plot are held against.
+#[derive(Debug, Clone, Copy)]
+enum Bound {
+    /// Angles.
+    Gamma,
+    /// Chi2.
+    Gate,
+}
+
+/// A value over time against its bound.
+fn plot(
+    w: &mut Writer<'_, '_>,
+    layout: &Layout,
+    id: Id,
+    name: &str,
+    path: &str,
+    bound: Bound,
+) -> Result<(), Error> {
+    let (bound, top) = match bound {
+        Bound::Gamma => ("+ /angles/gamma", layout.beam_width),
+        Bound::Gate => ("+ /chi2/gate", 4.0 * layout.gate),
+    };
+    w.view(id, "TimeSeries", name, &[path, bound])?;
+    w.property(
+        id,
+        "ScalarAxis",
+        &ScalarAxis::new().with_range(Range1D([-0.06 * top, 1.12 * top].into())),
+    )?;
+    w.property(
+        id,
+        "TimeAxis",
+        &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
+    )?;
+    // Sixteen names would cover the plot; each dot says its sonar when pointed at.
+    w.property(
+        id,
+        "PlotLegend",
+        &PlotLegend::new().with_visible(Visible(Bool(false))),
+    )
+}
+
+/// In longer runs most labels are too short to be drawn on a lane of names.
+const FRAMES_ON_LANES: i64 = 400;
+
+/// The labels, as lanes of names and as dots.
+fn labels(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
+    w.view(Id::Labels, "StateTimeline", "Labels", &["+ /labels/**"])?;
+    w.view(
+        Id::Dots,
+        "TimeSeries",
+        "Labels by sonar number",
+        &["+ /lanes/**"],
+    )?;
+    for id in [Id::Labels, Id::Dots] {
+        w.property(
+            id,
+            "TimeAxis",
+            &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
+        )?;
+    }
+    w.property(
+        Id::Dots,
+        "ScalarAxis",
+        &ScalarAxis::new().with_range(Range1D([-0.7, layout.sonars as f64 - 0.3].into())),
+    )?;
+    w.property(
+        Id::Dots,
+        "PlotLegend",
+        &PlotLegend::new().with_visible(Visible(Bool(false))),
+    )?;
+    let tabs = if layout.frames > FRAMES_ON_LANES {
+        [Id::Dots, Id::Labels]
+    } else {
+        [Id::Labels, Id::Dots]
+    };
+    w.container(Id::Lanes, ContainerKind::Tabs, &tabs, &[])
+}
+
+/// The event log.
+fn events(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
+    w.view(Id::Events, "TextLog", "Events", &["+ /log/**"])?;
+    let timeline = |name: &str, visible: bool| {
+        TimelineColumn(TimelineColumnData {
+            visible: Bool(visible),
+            timeline: name.into(),
+        })
+    };
+    let column = |kind, visible| {
+        TextLogColumn(TextLogColumnData {
+            visible: Bool(visible),
+            kind,
+        })
+    };
+    w.property(
+        Id::Events,
+        "TextLogColumns",
+        &TextLogColumns::new()
+            .with_timeline_columns([
+                timeline("frame", true),
+                timeline(layout.stamp.name().as_str(), false),
+            ])
+            .with_text_log_columns([
+                column(TextLogColumnKind::EntityPath, false),
+                column(TextLogColumnKind::LogLevel, true),
+                column(TextLogColumnKind::Body, true),
+            ]),
+    )
 }

@@ -1,120 +1,251 @@
-//! What a recording carries for programs: the results of the run that it shows, as the files that
-//! hold them.
-
-mod find;
-#[cfg(test)]
-mod tests;
+//! The results of a run in its recording: puts them there, and finds them, message by message.
+//!
+//! Rerun's own reader takes the frames and the heads of messages apart. It is not given the columns:
+//! Arrow's reader panics on damaged ones, and takes the lengths in them at their word. Text lies in
+//! them as it is and in one piece, so ours is found by how it begins, and ends where its JSON does.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use rerun::TextDocument;
-use rerun::external::re_log_encoding::CodecError;
+use re_span::Span;
+use rerun::external::re_log_encoding::external::lz4_flex::block::decompress_into;
+use rerun::external::re_log_encoding::{
+    CachingApplicationIdInjector, CodecError, Compression, Decodable as _, DecoderEntrypoint as _,
+    MessageHeader, MessageKind, RRD_FOURCC, StreamFooter, StreamHeader, ToApplication as _,
+    ToTransport,
+};
+use rerun::external::re_log_types::StoreSource;
+use rerun::log::LogMsg;
+use rerun::{StoreId, StoreKind, TextDocument};
+use serde::de::IgnoredAny;
 
-use super::Error;
-use super::encode::RrdWriter;
-use super::table::put_static;
-use find::find;
+use super::canvas::Canvas;
+use crate::io::schema::in_words;
+use crate::observe::carried::{Carried, CarriedError};
+use crate::observe::viewer::Error;
 
 const FEATURES: &str = "/run/features";
 const LABELS: &str = "/run/labels";
 
-/// The results of a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Carried {
-    /// The features file, as it would be written beside the recording.
-    pub features: String,
-    /// The label of every arc; `None` where a recording has none.
-    pub labels: Option<String>,
+/// A message whose columns are still bytes.
+type Message = <LogMsg as ToTransport>::Output;
+
+/// A longer message holds no results, bytes.
+const LONGEST: u64 = 1 << 28;
+/// LZ4 packs no tighter.
+const TIGHTEST: u64 = 255;
+
+/// Writes the results as documents, which no view shows.
+pub fn put(carried: &Carried, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    canvas.put(FEATURES, &TextDocument::new(carried.features.as_str()))?;
+    match &carried.labels {
+        Some(labels) => canvas.put(LABELS, &TextDocument::new(labels.as_str())),
+        None => Ok(()),
+    }
 }
 
-/// Why there are no results in a recording.
-#[derive(Debug, thiserror::Error)]
-pub enum CarriedError {
-    /// The file cannot be read.
-    #[error("it cannot be read: {0}")]
-    Read(#[from] std::io::Error),
-    /// It cannot be read twice, nor from any place.
-    #[error("it is a pipe or a device, and a recording is read from a file: save it as one")]
-    NoFile,
-    /// The file ends before the recording does.
-    #[error("it is cut off: {bytes} bytes, and the recording goes on")]
-    CutOff {
-        /// Its length.
-        bytes: u64,
-    },
-    /// It is no recording that can be read.
-    #[error("it cannot be decoded at byte {at}: {source}")]
-    Codec {
-        /// Where the message begins.
-        at: u64,
-        /// Why.
-        source: Box<CodecError>,
-    },
-    /// Its results are not whole.
-    #[error("the results that it carries are damaged: {reason}")]
-    Damaged {
-        /// What is wrong.
-        reason: String,
-    },
-    /// The file goes on after the recording.
-    #[error("{bytes} bytes that are no recording follow its end, at byte {at}")]
-    GoesOn {
-        /// Where it ends.
-        at: u64,
-        /// What follows.
-        bytes: u64,
-    },
-    /// Several recordings in one file.
-    #[error("it holds more than one recording; give each in a file of its own")]
-    Several,
-    /// Another program's.
-    #[error("tmam did not write it, but {writer}")]
-    Foreign {
-        /// What wrote it.
-        writer: String,
-    },
-    /// One of ours that shows no run, or from before recordings carried results.
-    #[error(
-        "it carries no results: it shows a sweep{}",
-        if *.writer == this() { String::new() }
-        else { format!(", or an older tmam wrote it ({writer}; this is {})", this()) }
-    )]
-    Nothing {
-        /// What wrote it.
-        writer: String,
-    },
+/// Reads the results of a recording.
+///
+/// # Errors
+/// A file that is no whole recording of one run.
+pub fn read_carried(path: &Path) -> Result<Carried, CarriedError> {
+    // Opening a pipe would wait for a writer.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(CarriedError::NoFile);
+    }
+    let file = File::open(path)?;
+    let len = file.metadata()?.len();
+    find(BufReader::new(file), len)
 }
 
-/// What recordings say that wrote them.
-pub(super) fn this() -> String {
-    format!("tmam {}", env!("CARGO_PKG_VERSION"))
+/// The results in a recording of so many bytes.
+fn find(mut file: impl Read + Seek, len: u64) -> Result<Carried, CarriedError> {
+    let mut found = Found::default();
+    let mut at = 0;
+    let head = piece(
+        &mut file,
+        &mut at,
+        StreamHeader::ENCODED_SIZE_BYTES as u64,
+        len,
+    )?;
+    StreamHeader::from_rrd_bytes(&head)
+        .and_then(StreamHeader::to_version_and_options)
+        .map_err(|source| codec(0, source))?;
+    loop {
+        let start = at;
+        let head = piece(
+            &mut file,
+            &mut at,
+            MessageHeader::ENCODED_SIZE_BYTES as u64,
+            len,
+        )?;
+        let header = MessageHeader::from_rrd_bytes(&head).map_err(|source| codec(start, source))?;
+        if header.len > len - at {
+            return Err(CarriedError::CutOff { bytes: len });
+        }
+        if header.kind == MessageKind::End {
+            const FOOTER: u64 = StreamFooter::ENCODED_SIZE_BYTES as u64;
+            return match len - at - header.len {
+                0 | FOOTER => found.carried(),
+                rest if rest < FOOTER => Err(CarriedError::CutOff { bytes: len }),
+                _ => {
+                    at = file.seek(SeekFrom::Start(at + header.len + FOOTER))?;
+                    let (end, bytes) = (at, len - at);
+                    let next = piece(&mut file, &mut at, bytes.min(RRD_FOURCC.len() as u64), len)?;
+                    if next == RRD_FOURCC {
+                        return Err(CarriedError::Several);
+                    }
+                    Err(CarriedError::GoesOn { at: end, bytes })
+                }
+            };
+        }
+        if header.len > LONGEST {
+            at += header.len;
+            file.seek(SeekFrom::Start(at))?;
+            continue;
+        }
+        let bytes = piece(&mut file, &mut at, header.len, len)?;
+        found.take(header.kind, bytes, start)?;
+    }
 }
 
-impl Carried {
-    /// Writes the documents. No view shows them.
-    pub(super) fn put<W: Write>(&self, out: &mut RrdWriter<W>) -> Result<(), Error> {
-        let features = (FEATURES, Some(&self.features));
-        for (path, text) in [features, (LABELS, self.labels.as_ref())] {
-            if let Some(text) = text {
-                put_static(path, &TextDocument::new(text.as_str()), out)?;
+/// The next bytes of a file of a length.
+fn piece(
+    file: &mut impl Read,
+    at: &mut u64,
+    bytes: u64,
+    len: u64,
+) -> Result<Vec<u8>, CarriedError> {
+    let mut piece = Vec::new();
+    file.take(bytes).read_to_end(&mut piece)?;
+    if piece.len() as u64 != bytes {
+        return Err(CarriedError::CutOff { bytes: len });
+    }
+    *at += bytes;
+    Ok(piece)
+}
+
+fn codec(at: u64, source: CodecError) -> CarriedError {
+    let source = Box::new(source);
+    CarriedError::Codec { at, source }
+}
+
+/// What the messages so far said.
+#[derive(Default)]
+struct Found {
+    ids: CachingApplicationIdInjector,
+    writer: Option<(StoreId, StoreSource)>,
+    features: Option<String>,
+    labels: Option<String>,
+}
+
+impl Found {
+    fn take(&mut self, kind: MessageKind, bytes: Vec<u8>, at: u64) -> Result<(), CarriedError> {
+        let span = Span {
+            start: at,
+            len: bytes.len() as u64,
+        };
+        let wrong = |source| codec(at, source);
+        let message = Message::decode(bytes.into(), span, kind, &mut self.ids, None);
+        match message.map_err(wrong)? {
+            Some(message @ Message::SetStoreInfo(_)) => {
+                let message = message.to_application((&mut self.ids, None));
+                if let LogMsg::SetStoreInfo(store) = message.map_err(wrong)?
+                    && store.info.store_id.kind() == StoreKind::Recording
+                {
+                    let store = store.info;
+                    let (id, _) =
+                        (self.writer).get_or_insert((store.store_id.clone(), store.store_source));
+                    if *id != store.store_id {
+                        return Err(CarriedError::Several);
+                    }
+                }
+            }
+            // Ours say of themselves that they hold at all times.
+            Some(Message::ArrowMsg(columns)) if columns.is_static == Some(true) => {
+                let compression = Compression::from(columns.compression());
+                let columns = unpacked(&columns.payload, compression, columns.uncompressed_size);
+                self.look_at(&columns.map_err(wrong)?)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn look_at(&mut self, columns: &[u8]) -> Result<(), CarriedError> {
+        for (path, place) in [(FEATURES, &mut self.features), (LABELS, &mut self.labels)] {
+            if position(columns, path).is_some()
+                && let Some(text) = ours(columns)
+                && place.replace(whole_json(text)?).is_some()
+            {
+                return Err(CarriedError::Several);
             }
         }
         Ok(())
     }
 
-    /// Reads the documents of a recording.
-    ///
-    /// # Errors
-    /// A file that is no whole recording of one run.
-    pub fn read(path: &Path) -> Result<Self, CarriedError> {
-        // Opening a pipe would wait for a writer.
-        if !std::fs::metadata(path)?.is_file() {
-            return Err(CarriedError::NoFile);
-        }
-        let file = File::open(path)?;
-        let len = file.metadata()?.len();
-        find(BufReader::new(file), len)
+    fn carried(self) -> Result<Carried, CarriedError> {
+        let Some(features) = self.features else {
+            return Err(match self.writer.map(|(_, writer)| writer) {
+                Some(StoreSource::Other(writer)) if writer.starts_with("tmam ") => {
+                    CarriedError::Nothing { writer }
+                }
+                Some(StoreSource::Other(writer)) => CarriedError::Foreign { writer },
+                Some(writer) => CarriedError::Foreign {
+                    writer: writer.to_string(),
+                },
+                None => CarriedError::Foreign {
+                    writer: "an unnamed program".to_owned(),
+                },
+            });
+        };
+        Ok(Carried {
+            features,
+            labels: self.labels,
+        })
     }
 }
+
+/// The bytes of columns; nothing of columns that are too long for ours.
+fn unpacked(packed: &[u8], compression: Compression, bytes: u64) -> Result<Vec<u8>, CodecError> {
+    let possible = bytes <= LONGEST && bytes / TIGHTEST <= packed.len() as u64;
+    match (compression, usize::try_from(bytes)) {
+        (Compression::Off, _) => Ok(packed.to_vec()),
+        (Compression::LZ4, Ok(bytes)) if possible => {
+            let mut columns = vec![0; bytes];
+            decompress_into(packed, &mut columns)?;
+            Ok(columns)
+        }
+        (Compression::LZ4, _) => Ok(Vec::new()),
+    }
+}
+
+/// Where a word first stands.
+fn position(bytes: &[u8], word: &str) -> Option<usize> {
+    let mut windows = bytes.windows(word.len());
+    windows.position(|window| window == word.as_bytes())
+}
+
+/// From the beginning of our text on.
+fn ours(columns: &[u8]) -> Option<&[u8]> {
+    let (before, _) = columns.split_at_checked(position(columns, "\"schema\": \"tmam.")?)?;
+    let begin = before.iter().rposition(|byte| *byte == b'{')?;
+    columns.get(begin..)
+}
+
+/// The JSON value that the bytes begin with, and the line end after it.
+fn whole_json(bytes: &[u8]) -> Result<String, CarriedError> {
+    let damaged = |reason: String| CarriedError::Damaged { reason };
+    let mut values = serde_json::Deserializer::from_slice(bytes).into_iter::<IgnoredAny>();
+    if let Some(Err(error)) = values.next() {
+        return Err(damaged(in_words(&error)));
+    }
+    let end = values.byte_offset();
+    let end = end + usize::from(bytes.get(end) == Some(&b'\n'));
+    let text = bytes.get(..end).unwrap_or_default().to_vec();
+    String::from_utf8(text).map_err(|error| damaged(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests;

@@ -9,21 +9,24 @@ use std::io::Write;
 
 use rerun::external::arrow::datatypes::Schema;
 use rerun::external::re_log_encoding::{
-    Compression, CrateVersion, Encodable, EncodingOptions, MessageHeader, MessageKind, RRD_FOURCC,
-    RawRrdManifest, RrdFooter, RrdManifestBuilder, Serializer, StreamFooter, StreamHeader,
-    ToTransport,
+    CodecError, Compression, CrateVersion, Encodable, EncodingOptions, MessageHeader, MessageKind,
+    RRD_FOURCC, RawRrdManifest, RrdFooter, RrdManifestBuilder, Serializer, StreamFooter,
+    StreamHeader, ToTransport,
 };
 use rerun::external::re_log_types::external::re_tuid::Tuid;
 use rerun::external::re_log_types::{
     BlueprintActivationCommand, LogMsg, SetStoreInfo, StoreInfo, StoreSource,
 };
-use rerun::log::{Chunk, ChunkComponents, ChunkId, RowId, TimeColumn};
-use rerun::{EntityPath, SerializedComponentColumn, StoreId, Timeline};
+use rerun::log::{Chunk, ChunkComponents, ChunkError, ChunkId, RowId, TimeColumn};
+use rerun::{
+    ApplicationId, EntityPath, SerializationError, SerializedComponentColumn, StoreId, StoreKind,
+    Timeline,
+};
 
-use super::Error;
-use super::carried::this;
-use super::live::{Live, LiveError};
-use super::origin::Origin;
+use super::live::Live;
+use crate::core::observer::Setting;
+use crate::observe::carried::this;
+use crate::observe::viewer::Error;
 
 const COMPRESSION: Compression = Compression::LZ4;
 
@@ -62,13 +65,14 @@ impl Manifest {
 }
 
 /// A Rerun file being written, and sent to an open viewer where there is one.
-pub struct RrdWriter<W> {
-    out: W,
+pub struct RrdWriter<'a> {
+    // `None` where the viewer alone is shown it: then it is an error when that goes away.
+    out: Option<&'a mut dyn Write>,
     viewer: Option<Live>,
-    lost: Option<LiveError>,
-    // Whether messages go to the viewer alone.
-    previewing: bool,
-    origin: Origin,
+    // Why the viewer was not shown everything.
+    lost: Option<Error>,
+    // The count of ids before a blueprint that goes to the viewer alone.
+    previewing: Option<u64>,
     written: u64,
     scratch: Vec<u8>,
     ids: Ids,
@@ -89,22 +93,19 @@ impl Ids {
     }
 }
 
-impl<W: Write> RrdWriter<W> {
+impl<'a> RrdWriter<'a> {
     /// Writes the head of the file: its two stores, still empty.
     pub fn new(
-        out: W,
+        out: Option<&'a mut dyn Write>,
         viewer: Option<Live>,
-        recording: StoreId,
-        blueprint: StoreId,
+        [recording, blueprint]: [StoreId; 2],
         start_ns: i64,
-        origin: Origin,
     ) -> Result<Self, Error> {
         let mut writer = Self {
             out,
             viewer,
             lost: None,
-            previewing: false,
-            origin,
+            previewing: None,
             written: 0,
             scratch: Vec::new(),
             ids: Ids {
@@ -130,35 +131,24 @@ impl<W: Write> RrdWriter<W> {
                     StoreSource::Other(this()),
                 ),
             });
-            writer.show(&message);
+            writer.show(&message)?;
             writer.put(&message.to_transport(COMPRESSION)?)?;
         }
         Ok(writer)
     }
 
-    /// What places are seen from.
-    pub fn origin(&self) -> Origin {
-        self.origin
+    /// From here on messages go to the viewer alone, where there is one; ids do not count.
+    pub fn begin_preview(&mut self) -> bool {
+        self.previewing = self.viewer.is_some().then_some(self.ids.count);
+        self.previewing.is_some()
     }
 
-    /// Shows the viewer, where there is one, a blueprint to go by until the one at the end. The file
-    /// is the same with it and without.
-    pub fn preview(
-        &mut self,
-        blueprint: impl FnOnce(&mut Self) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        if self.viewer.is_none() {
-            return Ok(());
+    /// Puts the previewed blueprint in force. The file is the same with it and without.
+    pub fn end_preview(&mut self) -> Result<(), Error> {
+        if let Some(count) = self.previewing.take() {
+            self.ids.count = count;
         }
-        let count = self.ids.count;
-        self.previewing = true;
-        let drawn = blueprint(self);
-        self.previewing = false;
-        self.ids.count = count;
-        drawn?;
-        let activate = self.activation();
-        self.show(&activate);
-        Ok(())
+        self.show(&self.activation())
     }
 
     fn activation(&self) -> LogMsg {
@@ -169,20 +159,24 @@ impl<W: Write> RrdWriter<W> {
         })
     }
 
-    /// Takes the viewer's error, once it has gone away.
-    pub fn lost(&mut self) -> Option<LiveError> {
-        self.lost.take()
+    /// Sends a message to the viewer, while there is one.
+    fn show(&mut self, message: &LogMsg) -> Result<(), Error> {
+        let Some(viewer) = &mut self.viewer else {
+            return Ok(());
+        };
+        match viewer.send(message.clone()) {
+            Ok(()) => Ok(()),
+            Err(error) => self.lose(error),
+        }
     }
 
-    /// Sends a message to the viewer, while there is one.
-    fn show(&mut self, message: &LogMsg) {
-        let Some(viewer) = &mut self.viewer else {
-            return;
-        };
-        if let Err(error) = viewer.send(message.clone()) {
-            self.lost = Some(error);
-            self.viewer = None;
+    fn lose(&mut self, error: Error) -> Result<(), Error> {
+        self.viewer = None;
+        if self.out.is_none() {
+            return Err(error);
         }
+        self.lost = Some(error);
+        Ok(())
     }
 
     /// Writes rows of one entity; `times` has one column per timeline, none for static data.
@@ -211,8 +205,8 @@ impl<W: Write> RrdWriter<W> {
         )?;
         let store_id = self.manifest(store).id.clone();
         let message = LogMsg::ArrowMsg(store_id, chunk.to_arrow_msg()?);
-        self.show(&message);
-        if self.previewing {
+        self.show(&message)?;
+        if self.previewing.is_some() {
             return Ok(());
         }
         let message = message.to_transport(COMPRESSION)?;
@@ -220,7 +214,7 @@ impl<W: Write> RrdWriter<W> {
         let header = MessageHeader::ENCODED_SIZE_BYTES as u64;
         let start = self.written + header;
         let len = self.put(&message)?.saturating_sub(header);
-        self.manifest_mut(store).builder.append(
+        self.manifest(store).builder.append(
             &chunk.to_chunk_batch()?,
             re_span::Span { start, len },
             uncompressed,
@@ -228,26 +222,19 @@ impl<W: Write> RrdWriter<W> {
         Ok(())
     }
 
-    /// Puts the blueprint in force, closes the file and gives the writer back, flushed; with the
-    /// viewer's error, if it has gone away and [`lost`](Self::lost) has not said so.
-    pub fn finish(mut self) -> Result<(W, Option<LiveError>), Error> {
+    /// Puts the blueprint in force and closes the file; with why the viewer was not shown everything.
+    pub fn finish(mut self) -> Result<Option<Error>, Error> {
         let activate = self.activation();
-        self.show(&activate);
+        self.show(&activate)?;
         self.put(&activate.to_transport(COMPRESSION)?)?;
         if let Some(Err(error)) = self.viewer.take().map(Live::close) {
-            self.lost = Some(error);
+            self.lose(error)?;
         }
-
-        let Self {
-            lost,
-            mut out,
-            written,
-            recording,
-            blueprint,
-            ..
-        } = self;
+        let Some(out) = self.out else {
+            return Ok(self.lost);
+        };
         let mut footer = RrdFooter::default().to_transport(())?;
-        for manifest in [recording, blueprint] {
+        for manifest in [self.recording, self.blueprint] {
             footer.manifests.push(manifest.build()?.to_transport(())?);
         }
         let mut payload = Vec::new();
@@ -258,34 +245,93 @@ impl<W: Write> RrdWriter<W> {
             len: payload.len() as u64,
         }
         .to_rrd_bytes(&mut end)?;
-        let at = written + end.len() as u64;
+        let at = self.written + end.len() as u64;
         end.extend_from_slice(&payload);
         StreamFooter::from_rrd_footer_bytes(at, &payload).to_rrd_bytes(&mut end)?;
         out.write_all(&end)?;
         out.flush()?;
-        Ok((out, lost))
+        Ok(self.lost)
     }
 
     fn put(&mut self, what: &dyn Encodable) -> Result<u64, Error> {
         self.scratch.clear();
         what.to_rrd_bytes(&mut self.scratch)?;
-        self.out.write_all(&self.scratch)?;
+        if let Some(out) = &mut self.out {
+            out.write_all(&self.scratch)?;
+        }
         let len = self.scratch.len() as u64;
         self.written += len;
         Ok(len)
     }
 
-    fn manifest(&self, store: Store) -> &Manifest {
-        match store {
-            Store::Recording => &self.recording,
-            Store::Blueprint => &self.blueprint,
-        }
-    }
-
-    fn manifest_mut(&mut self, store: Store) -> &mut Manifest {
+    fn manifest(&mut self, store: Store) -> &mut Manifest {
         match store {
             Store::Recording => &mut self.recording,
             Store::Blueprint => &mut self.blueprint,
         }
     }
+}
+
+impl From<CodecError> for Error {
+    fn from(error: CodecError) -> Self {
+        Self::Form(Box::new(error))
+    }
+}
+
+impl From<ChunkError> for Error {
+    fn from(error: ChunkError) -> Self {
+        Self::Form(Box::new(error))
+    }
+}
+
+impl From<SerializationError> for Error {
+    fn from(error: SerializationError) -> Self {
+        Self::Form(Box::new(error))
+    }
+}
+
+/// How much of a file's name goes into the name of its recordings' application.
+const MAX_STEM: usize = 100;
+
+/// Names for the recording and its blueprint that follow from log and configuration, and from the
+/// `world` that the run is held against.
+///
+/// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
+/// so each log is its own application. Two configurations over one log are two recordings of it.
+pub fn store_ids(setting: &Setting<'_>, world: &str) -> [StoreId; 2] {
+    let source = setting.source;
+    let mut content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    content.push_str(world);
+    let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
+    named_ids("tmam", &source.file, recording)
+}
+
+/// Names for a recording of a kind of a log.
+pub fn named_ids(kind: &str, file: &str, recording: String) -> [StoreId; 2] {
+    // Other characters are not allowed in an application's name.
+    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+    let stem: String = stem
+        .chars()
+        .map(|c| {
+            if c.is_ascii_alphanumeric() || c == '_' {
+                c
+            } else {
+                '-'
+            }
+        })
+        .take(MAX_STEM)
+        .collect();
+    let application = ApplicationId::new_or_unknown(format!("{kind}-{stem}"));
+    let blueprint = format!("{recording}-blueprint");
+    [
+        StoreId::new(StoreKind::Recording, application.clone(), recording),
+        StoreId::new(StoreKind::Blueprint, application, blueprint),
+    ]
+}
+
+/// A hash that is the same everywhere.
+pub fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }

@@ -3,23 +3,25 @@
 mod curve;
 mod drawing;
 mod heat;
-mod layout;
-mod marks;
 mod page;
+mod picture;
 
 use std::io::Write;
 
-use super::Error;
-use super::encode::RrdWriter;
-use super::names::{fnv1a, named_ids};
-use super::origin::Origin;
-use super::table::put_static;
-use crate::tools::sweep::columns::{Column, columns};
-use crate::tools::sweep::{Sweep, json};
-use drawing::Drawing;
+use rerun::blueprint::components::{ContainerKind, PanelState, VisualBounds2D as VisualBounds};
+use rerun::datatypes::Range2D;
+use rerun::external::re_sdk_types::blueprint::archetypes::{TimePanelBlueprint, VisualBounds2D};
+use rerun::external::uuid::Uuid;
 
-/// Pictures of one pair of keys.
-const MOST_PICTURES: usize = 4;
+use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, RIGHT, WIDTH};
+use self::picture::Picture;
+use super::blueprint::{FIRST_UUID, Part, Writer};
+use super::canvas::Canvas;
+use super::encode::{RrdWriter, fnv1a, named_ids};
+use super::origin::Origin;
+use crate::observe::drawing::Grid;
+use crate::observe::viewer::Error;
+
 /// Pairs of keys that are drawn.
 const MOST_PAIRS: usize = 6;
 
@@ -29,63 +31,51 @@ struct Group {
     pictures: Vec<Picture>,
 }
 
-/// One picture under its title.
-struct Picture {
-    title: String,
-    /// Whether it shows the same number everywhere.
-    is_flat: bool,
-    drawing: Drawing,
-}
-
 /// Writes the recording of a sweep.
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn write<W: Write>(out: W, sweep: &Sweep) -> Result<(), Error> {
-    let mut content = Vec::new();
-    json::write(&mut content, sweep)?;
-    let [recording, blueprint] = named_ids(
-        "tmam-sweep",
-        &sweep.file,
-        format!("sweep-{:016x}", fnv1a(&content)),
-    );
-    let mut out = RrdWriter::new(out, None, recording, blueprint, 0, Origin::default())?;
-    put_static("/about", &page::page(sweep, &drawn(sweep)), &mut out)?;
-    let groups = groups(sweep);
-    for (place, picture) in groups.iter().flat_map(|group| &group.pictures).enumerate() {
-        picture.drawing.put(&layout::entity(place), &mut out)?;
+pub fn write_grid(mut out: impl Write, grid: &Grid) -> Result<(), Error> {
+    let recording = format!("sweep-{:016x}", fnv1a(&grid.content));
+    let ids = named_ids("tmam-sweep", &grid.file, recording);
+    let file = RrdWriter::new(Some(&mut out), None, ids, 0)?;
+    let mut canvas = Canvas::new(file, 0, Origin::default(), &[]);
+    canvas.put("/about", &page::page(grid))?;
+    let groups = groups(grid);
+    let pictures = groups.iter().flat_map(|group| &group.pictures);
+    for (place, picture) in pictures.enumerate() {
+        picture.drawing.put(&entity(place), &mut canvas)?;
     }
-    layout::put(&groups, &mut out)?;
-    out.finish()?;
+    put_layout(&groups, &mut canvas)?;
+    canvas.close()?;
     Ok(())
 }
 
-/// What is drawn: of every pair of keys with several values, or of the only one.
-fn groups(sweep: &Sweep) -> Vec<Group> {
-    let axes = sweep.grid.axes();
-    let swept: Vec<usize> = (0..axes.len())
-        .filter(|axis| axes.get(*axis).is_some_and(|axis| axis.values.len() > 1))
-        .collect();
-    let pictures = |draw: &dyn Fn(&'static Column) -> Option<Picture>| {
-        drawn(sweep).into_iter().filter_map(draw).collect()
-    };
-    if let [axis] = swept.as_slice() {
+/// Where a picture is in the recording.
+fn entity(picture: usize) -> String {
+    format!("/pictures/{picture}")
+}
+
+/// What is drawn: of every pair of keys, or of the only one.
+fn groups(grid: &Grid) -> Vec<Group> {
+    let columns = 0..grid.columns.len();
+    if let [axis] = grid.axes.as_slice() {
         return vec![Group {
-            name: axes
-                .get(*axis)
-                .map_or_else(String::new, |axis| axis.short()),
-            pictures: pictures(&|column| curve::draw(sweep, *axis, column)),
+            name: axis.short.clone(),
+            pictures: columns
+                .filter_map(|column| curve::draw(grid, column))
+                .collect(),
         }];
     }
     let mut groups = Vec::new();
-    for (at, x) in swept.iter().enumerate() {
-        for y in swept.iter().skip(at + 1) {
-            if let (Some(along), Some(up)) = (axes.get(*x), axes.get(*y)) {
-                groups.push(Group {
-                    name: format!("{} and {}", along.short(), up.short()),
-                    pictures: pictures(&|column| heat::draw(sweep, [*x, *y], column)),
-                });
-            }
+    for (x, along) in grid.axes.iter().enumerate() {
+        for (y, up) in grid.axes.iter().enumerate().skip(x + 1) {
+            let pictures = columns.clone();
+            let pictures = pictures.filter_map(|column| heat::draw(grid, [x, y], column));
+            groups.push(Group {
+                name: format!("{} and {}", along.short, up.short),
+                pictures: pictures.collect(),
+            });
         }
     }
     // Those that show something come first, the one that is open above all.
@@ -94,25 +84,63 @@ fn groups(sweep: &Sweep) -> Vec<Group> {
     groups
 }
 
-/// The columns that are drawn: what the cells are ranked by, and what tells most beside it.
-fn drawn(sweep: &Sweep) -> Vec<&'static Column> {
-    let told = ["bits", "explained_share", "suspect_share", "labelled_share"];
-    let mut drawn: Vec<&'static Column> = Vec::new();
-    let told = told
-        .iter()
-        .filter_map(|name| columns(sweep.with_truth).find(|column| column.name == *name));
-    let ranked = sweep.ranked_by.iter().copied();
-    for column in ranked.chain(told) {
-        let tells = sweep.cells.iter().any(|cell| {
-            let score = cell.score.as_ref().ok();
-            score.is_some_and(|score| (column.of)(score).is_some())
-        });
-        if tells && column.name != "sound_share" && drawn.iter().all(|c| c.name != column.name) {
-            drawn.push(column);
-        }
+/// Views and containers.
+#[derive(Debug, Clone, Copy)]
+enum Id {
+    Root,
+    Groups,
+    About,
+    Group(usize),
+    Picture(usize),
+}
+
+impl Part for Id {
+    fn uuid(self) -> Uuid {
+        let number = match self {
+            Self::Root => 1,
+            Self::Groups => 2,
+            Self::About => 3,
+            Self::Group(place) => 0x100 + place,
+            Self::Picture(place) => 0x1000 + place,
+        };
+        Uuid::from_u128(FIRST_UUID | 1 << 32 | number as u128)
     }
-    drawn.truncate(MOST_PICTURES);
-    drawn
+
+    fn is_container(self) -> bool {
+        !matches!(self, Self::About | Self::Picture(_))
+    }
+}
+
+/// Writes the blueprint.
+fn put_layout(groups: &[Group], canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let mut w = Writer::new(canvas);
+    w.view(Id::About, "TextDocument", "Best cells", &["+ /about"])?;
+    let mut pictures = 0..;
+    let mut tabs = Vec::new();
+    for (place, group) in groups.iter().enumerate() {
+        let mut views = Vec::new();
+        for (picture, next) in group.pictures.iter().zip(&mut pictures) {
+            let id = Id::Picture(next);
+            let query = format!("+ {}/**", entity(next));
+            w.view(id, "2D", &picture.title, &[&query])?;
+            let bounds = VisualBounds2D::new(VisualBounds(Range2D {
+                x_range: [-f64::from(LEFT), f64::from(WIDTH + RIGHT)].into(),
+                y_range: [-f64::from(ABOVE), f64::from(HEIGHT + BELOW)].into(),
+            }));
+            w.property(id, "VisualBounds2D", &bounds)?;
+            views.push(id);
+        }
+        let id = Id::Group(place);
+        w.container(id, ContainerKind::Grid, &views, &[])?;
+        w.name(id, &group.name)?;
+        tabs.push(id);
+    }
+    w.container(Id::Groups, ContainerKind::Tabs, &tabs, &[])?;
+    let columns = [Id::Groups, Id::About];
+    w.container(Id::Root, ContainerKind::Horizontal, &columns, &[1.6, 1.0])?;
+    w.window(Id::Root)?;
+    let hidden = TimePanelBlueprint::new().with_state(PanelState::Hidden);
+    w.put("time_panel", &hidden)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use super::table::Moment;
+use super::canvas::Moment;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::tmam::arc::Arc;
@@ -20,18 +20,15 @@ const LONGEST_WAIT: usize = 256;
 /// What one sonar gave one frame.
 #[derive(Debug, Clone)]
 pub struct Cell {
-    /// Which sonar.
     pub sonar: SonarId,
-    /// Its arc; `None` where nothing echoed.
+    /// `None` where nothing echoed.
     pub arc: Option<Arc>,
-    /// The decision on the arc.
     pub verdict: Option<Verdict>,
 }
 
 /// A frame that waits for its verdicts.
 #[derive(Debug, Clone)]
 pub struct Held {
-    /// When the frame was.
     pub moment: Moment,
     /// What the sonars gave, sorted by sonar.
     pub cells: Vec<Cell>,
@@ -41,67 +38,44 @@ impl Held {
     /// The cells of a frame, still undecided.
     pub fn new(moment: Moment, frame: &Frame, step: &Step) -> Self {
         let arc_of = |sonar| step.arcs.iter().find(|arc| arc.id.sonar == sonar).copied();
+        let sonars = frame.entries.iter().map(|entry| entry.sonar);
         Self {
             moment,
-            cells: frame
-                .entries
-                .iter()
-                .map(|entry| Cell {
-                    sonar: entry.sonar,
-                    arc: arc_of(entry.sonar),
-                    verdict: None,
-                })
+            cells: sonars
+                .map(|sonar| Cell::new(sonar, arc_of(sonar)))
                 .collect(),
         }
     }
 
     /// A frame in which these sonars gave nothing.
     pub fn blank(moment: Moment, sonars: impl Iterator<Item = SonarId>) -> Self {
-        let nothing = |sonar| Cell {
-            sonar,
-            arc: None,
-            verdict: None,
-        };
         Self {
             moment,
-            cells: sonars.map(nothing).collect(),
+            cells: sonars.map(|sonar| Cell::new(sonar, None)).collect(),
         }
     }
 
-    fn decided(&self) -> bool {
-        self.cells
-            .iter()
-            .all(|cell| cell.arc.is_none() || cell.verdict.is_some())
-    }
-
-    fn decide(&mut self, verdict: &Verdict) -> bool {
-        let cell = self
-            .cells
-            .iter_mut()
-            .find(|cell| cell.sonar == verdict.arc.sonar && cell.arc.is_some());
-        match cell {
-            Some(cell) => {
-                cell.verdict = Some(*verdict);
-                true
-            }
-            None => false,
-        }
+    fn is_decided(&self) -> bool {
+        let mut cells = self.cells.iter();
+        cells.all(|cell| cell.arc.is_none() || cell.verdict.is_some())
     }
 }
 
-/// A frame that may be written now.
-#[derive(Debug)]
-pub enum Ready {
-    /// The next frame in order.
-    InOrder(Held),
-    /// One that stepped out of the queue: later frames have been written already.
-    Late(Held),
+impl Cell {
+    fn new(sonar: SonarId, arc: Option<Arc>) -> Self {
+        Self {
+            sonar,
+            arc,
+            verdict: None,
+        }
+    }
 }
 
 /// The frames that wait.
 #[derive(Debug, Default)]
 pub struct Hold {
     queue: VecDeque<Held>,
+    // Frames that stepped out of the queue, with late moments.
     late: Vec<Held>,
 }
 
@@ -109,44 +83,42 @@ impl Hold {
     /// Adds the newest frame.
     pub fn push(&mut self, held: Held) {
         self.queue.push_back(held);
-        while self.queue.len() > LONGEST_WAIT {
-            match self.queue.front() {
-                Some(front) if !front.decided() => self.late.extend(self.queue.pop_front()),
-                _ => break,
-            }
+        while self.queue.len() > LONGEST_WAIT
+            && let Some(mut front) = self.queue.pop_front_if(|front| !front.is_decided())
+        {
+            front.moment.late = true;
+            self.late.push(front);
         }
     }
 
-    /// Hands a verdict to the frame of its arc; `false` where no held frame has that arc.
-    pub fn decide(&mut self, verdict: &Verdict) -> bool {
+    /// Hands a verdict to the frame of its arc, if that is held.
+    pub fn decide(&mut self, verdict: &Verdict) {
         let frame = i64::from(verdict.arc.frame);
         let at = self.queue.partition_point(|held| held.moment.frame < frame);
-        let queued = self.queue.get_mut(at);
-        let late = self.late.iter_mut();
-        queued
-            .into_iter()
-            .chain(late)
-            .find(|held| held.moment.frame == frame)
-            .is_some_and(|held| held.decide(verdict))
+        let queued = self.queue.get_mut(at).into_iter();
+        let held = queued.chain(&mut self.late);
+        let of_frame = held.filter(|held| held.moment.frame == frame).take(1);
+        let mut cells = of_frame.flat_map(|held| &mut held.cells);
+        let cell = cells.find(|cell| cell.sonar == verdict.arc.sonar && cell.arc.is_some());
+        if let Some(cell) = cell {
+            cell.verdict = Some(*verdict);
+        }
     }
 
     /// Takes a frame that is decided, if there is one.
-    pub fn pop(&mut self) -> Option<Ready> {
-        if let Some(at) = self.late.iter().position(Held::decided) {
-            return Some(Ready::Late(self.late.remove(at)));
+    pub fn pop(&mut self) -> Option<Held> {
+        match self.late.iter().position(Held::is_decided) {
+            Some(at) => Some(self.late.remove(at)),
+            None => self.queue.pop_front_if(|front| front.is_decided()),
         }
-        if self.queue.front()?.decided() {
-            return self.queue.pop_front().map(Ready::InOrder);
-        }
-        None
     }
 
     /// Takes the oldest frame, decided or not.
-    pub fn drain(&mut self) -> Option<Ready> {
+    pub fn drain(&mut self) -> Option<Held> {
         if self.late.is_empty() {
-            self.queue.pop_front().map(Ready::InOrder)
+            self.queue.pop_front()
         } else {
-            Some(Ready::Late(self.late.remove(0)))
+            Some(self.late.remove(0))
         }
     }
 }

@@ -14,10 +14,7 @@ use rerun::external::re_grpc_client::write::{Client, ClientConnectionState, Opti
 use rerun::external::re_log_types::LogMsg;
 use rerun::external::re_uri::ProxyUri;
 
-use crate::observe::report::VIEWER_VERSION;
-
-/// Where a viewer listens unless told otherwise.
-pub const DEFAULT_URL: &str = "rerun+http://127.0.0.1:9876/proxy";
+use crate::observe::viewer::Error;
 
 /// How long a viewer that should be there may take to answer.
 const ANSWER: Duration = Duration::from_secs(5);
@@ -30,53 +27,6 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Messages after which the viewer must have taken all: fewer than the client holds before it blocks.
 const UNCONFIRMED: usize = 32;
-
-/// Why nothing can be shown in a viewer.
-#[derive(Debug, thiserror::Error)]
-pub enum LiveError {
-    /// Not the address of a viewer.
-    #[error(
-        "`{url}` is no viewer's address: {problem}. It looks like {DEFAULT_URL}; the log stands before \
-         --connect"
-    )]
-    Url {
-        /// What was given.
-        url: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// Nobody answers.
-    #[error(
-        "no viewer answers at {url}. Start one (`rerun`, viewer {VIEWER_VERSION}), or let --spawn do so"
-    )]
-    NotThere {
-        /// The address.
-        url: String,
-    },
-    /// The viewer is not installed.
-    #[error(
-        "cannot start a viewer: `rerun` is not on the PATH. Install it with `pip install \
-         rerun-sdk=={VIEWER_VERSION}`"
-    )]
-    NotInstalled,
-    /// It cannot be started.
-    #[error("cannot start `rerun`: {0}")]
-    Spawn(io::Error),
-    /// It was started and ended.
-    #[error("`rerun` was started but ended at once ({status}); run `rerun` by itself to see why")]
-    Ended {
-        /// How it ended.
-        status: String,
-    },
-    /// It went away.
-    #[error("the viewer at {url} went away before it had everything: {problem}")]
-    Gone {
-        /// The address.
-        url: String,
-        /// What the connection says.
-        problem: String,
-    },
-}
 
 /// A connection to an open viewer.
 pub struct Live {
@@ -91,8 +41,8 @@ impl Live {
     ///
     /// # Errors
     /// When no viewer answers within some seconds.
-    pub fn connect(url: &str, spawn: bool) -> Result<Self, LiveError> {
-        let uri: ProxyUri = url.parse().map_err(|problem| LiveError::Url {
+    pub fn connect(url: &str, spawn: bool) -> Result<Self, Error> {
+        let uri: ProxyUri = url.parse().map_err(|problem| Error::Url {
             url: url.to_owned(),
             problem: format!("{problem}"),
         })?;
@@ -114,12 +64,12 @@ impl Live {
         let begun = Instant::now();
         while !live.is_connected() {
             if let Some(status) = viewer.as_mut().and_then(|child| child.try_wait().ok()?) {
-                return Err(LiveError::Ended {
+                return Err(Error::Ended {
                     status: status.to_string(),
                 });
             }
             if begun.elapsed() > patience {
-                return Err(LiveError::NotThere {
+                return Err(Error::NotThere {
                     url: url.to_owned(),
                 });
             }
@@ -137,7 +87,7 @@ impl Live {
     ///
     /// # Errors
     /// When the viewer has gone away or does not take what it is sent.
-    pub fn send(&mut self, message: LogMsg) -> Result<(), LiveError> {
+    pub fn send(&mut self, message: LogMsg) -> Result<(), Error> {
         let Some(client) = &self.client else {
             return Ok(());
         };
@@ -157,7 +107,7 @@ impl Live {
     ///
     /// # Errors
     /// When the viewer has not taken everything.
-    pub fn close(mut self) -> Result<(), LiveError> {
+    pub fn close(mut self) -> Result<(), Error> {
         self.confirm()?;
         let Some(client) = self.client.take() else {
             return Ok(());
@@ -172,7 +122,7 @@ impl Live {
         in_time.map_err(|_| self.gone("it does not take what it is sent"))
     }
 
-    fn confirm(&mut self) -> Result<(), LiveError> {
+    fn confirm(&mut self) -> Result<(), Error> {
         self.unconfirmed = 0;
         let Some(client) = &self.client else {
             return Ok(());
@@ -181,8 +131,8 @@ impl Live {
         flushed.map_err(|problem| self.gone(&problem.to_string()))
     }
 
-    fn gone(&self, problem: &str) -> LiveError {
-        LiveError::Gone {
+    fn gone(&self, problem: &str) -> Error {
+        Error::Gone {
             url: self.url.clone(),
             problem: problem.to_owned(),
         }
@@ -207,7 +157,7 @@ fn listens(uri: &ProxyUri) -> bool {
 
 /// Starts the viewer that is installed, to outlive this program; it keeps quiet, since what is
 /// written to standard output may be a file.
-fn start(uri: &ProxyUri) -> Result<Child, LiveError> {
+fn start(uri: &ProxyUri) -> Result<Child, Error> {
     let mut command = Command::new("rerun");
     command
         .arg("--port")
@@ -220,7 +170,7 @@ fn start(uri: &ProxyUri) -> Result<Child, LiveError> {
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.spawn().map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => LiveError::NotInstalled,
-        _ => LiveError::Spawn(error),
+        io::ErrorKind::NotFound => Error::NotInstalled,
+        _ => Error::Spawn(error),
     })
 }

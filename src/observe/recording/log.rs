@@ -1,119 +1,31 @@
 //! The event log: what every closed run gave, in words.
 
-use std::io::Write;
-
 use rerun::components::TextLogLevel;
-use rerun::{Color, SerializationResult, SerializedComponentColumn, TextLog};
 
-use super::Error;
-use super::encode::RrdWriter;
+use super::canvas::{Canvas, Message, Moment, Row};
+use super::entity::Entity;
 use super::style;
-use super::table::{Instance, Moment, Table, Timelines};
-use crate::core::event::Sonar;
 use crate::core::observer::Setting;
 use crate::core::rounding::fixed;
 use crate::core::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
 use crate::core::wording::counted;
+use crate::observe::viewer::Error;
 
-/// A line of the event log.
-pub struct Message {
-    /// What it says.
-    pub text: String,
-    /// How grave it is.
-    pub level: &'static str,
-    /// Its colour.
-    pub color: Color,
-}
-
-impl Instance for Message {
-    fn columns(
-        messages: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        let levels: Vec<&str> = messages.iter().map(|message| message.level).collect();
-        let (texts, colors): (Vec<_>, Vec<_>) = messages
-            .into_iter()
-            .map(|message| (message.text, message.color))
-            .unzip();
-        Ok(TextLog::update_fields()
-            .with_many_text(texts)
-            .with_many_level(levels)
-            .with_many_color(colors)
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-/// The event log.
-pub struct LogTable {
-    sonars: Vec<String>,
-    rows: Table<Message>,
-}
-
-impl LogTable {
-    /// An empty log.
-    pub fn new(sonars: &[Sonar]) -> Self {
-        Self {
-            sonars: sonars.iter().map(|sonar| sonar.name.clone()).collect(),
-            rows: Table::new("/log"),
-        }
-    }
-
-    /// One message per extraction.
-    pub fn push<W: Write>(
-        &mut self,
-        at: Moment,
-        extractions: &[Extraction],
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        for extraction in extractions {
-            let sonar = extraction
-                .labelled
-                .first()
-                .and_then(|arc| self.sonars.get(arc.sonar.index()))
-                .map_or("?", String::as_str);
-            let (level, color) = match (extraction.action, extraction.kind) {
-                (Action::Rejected(_), _) => (TextLogLevel::WARN, style::REJECTED),
-                (_, Kind::Line) => (TextLogLevel::INFO, style::CONTACT),
-                (_, Kind::Point) => (TextLogLevel::INFO, style::INTERSECTION),
-            };
-            let message = Message {
-                text: describe(extraction, sonar),
-                level,
-                color,
-            };
-            self.rows.push(at, [message], lines, out)?;
-        }
-        Ok(())
-    }
-
-    /// A message that is not about a run.
-    pub fn note<W: Write>(
-        &mut self,
-        at: Moment,
-        level: &'static str,
-        text: String,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let color = match level {
-            TextLogLevel::WARN => style::REJECTED,
-            TextLogLevel::ERROR => style::NOW,
-            _ => style::WALL,
+/// One message per extraction.
+pub fn tell(at: Moment, extractions: &[Extraction], canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    for extraction in extractions {
+        let first = extraction.labelled.first();
+        let sonar = first.map_or("?", |arc| canvas.sonar(arc.sonar));
+        let (level, color) = match (extraction.action, extraction.kind) {
+            (Action::Rejected(_), _) => (TextLogLevel::WARN, style::REJECTED),
+            (_, Kind::Line) => (TextLogLevel::INFO, style::CONTACT),
+            (_, Kind::Point) => (TextLogLevel::INFO, style::INTERSECTION),
         };
+        let text = describe(extraction, sonar);
         let message = Message { text, level, color };
-        self.rows.push(at, [message], lines, out)
+        canvas.row(Entity::Log, at, Row::Messages(vec![message]))?;
     }
-
-    /// Writes what waits.
-    pub fn flush<W: Write>(
-        &mut self,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        self.rows.flush(lines, out)
-    }
+    Ok(())
 }
 
 /// A closed run in one sentence: what, whence, where, and what became of it.

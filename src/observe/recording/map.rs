@@ -1,113 +1,34 @@
 //! The map as it grows: walls, points and how sure they are.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
-use std::io::Write;
 
-use rerun::{
-    AsComponents, Color, LineStrips2D, Points2D, SerializationResult, SerializedComponentColumn,
-};
+use rerun::Color;
 
-use super::Error;
-use super::covariance::{band, ellipse};
-use super::encode::RrdWriter;
-use super::origin::Origin;
-use super::shapes::{Dot, Strip};
-use super::style::{self, order, ui};
-use super::table::{Instance, Moment, Table, Timelines, put_static};
-use crate::core::tmam::feature::{Kind, MapFeature, Shape, Status};
+use super::canvas::{Canvas, Mark, Moment, Row, Strip};
+use super::entity::Entity;
+use super::style;
+use crate::core::geometry::{Vec2, unit};
+use crate::core::tmam::feature::{Kind, MapFeature, Point, Segment, Shape, Status};
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
-
-struct Outline(Vec<[f32; 2]>);
-
-impl Instance for Outline {
-    fn columns(
-        outlines: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        Ok(LineStrips2D::update_fields()
-            .with_strips(outlines.into_iter().map(|outline| outline.0))
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-/// The map so far and its rows.
-///
-/// A change rewrites the [`PAGE`] features around the changed one, not the whole map: else the
-/// bytes of a long run would grow with the square of its length.
-pub struct MapTables {
-    features: BTreeMap<u32, MapFeature>,
-    lines: Pages<Strip>,
-    points: Pages<Dot>,
-    covariance: Pages<Outline>,
-}
+use crate::observe::viewer::Error;
 
 /// Features per page: ids `PAGE * n` and up are at `/world/map/<what>/<n>`.
+///
+/// A change rewrites the page around the changed feature, not the whole map: else the bytes of a long
+/// run would grow with the square of its length.
 const PAGE: u32 = 16;
 
-struct Pages<T> {
-    path: &'static str,
-    tables: BTreeMap<u32, Table<T>>,
+/// The map so far.
+#[derive(Default)]
+pub struct Map {
+    features: BTreeMap<u32, MapFeature>,
 }
 
-impl<T: Instance> Pages<T> {
-    fn new(path: &'static str) -> Self {
-        Self {
-            path,
-            tables: BTreeMap::new(),
-        }
-    }
-
-    fn push<W: Write>(
-        &mut self,
-        page: u32,
-        at: Moment,
-        row: Vec<T>,
-        look: &dyn AsComponents,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let table = match self.tables.entry(page) {
-            Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => {
-                let path = format!("{}/{page}", self.path);
-                put_static(path.as_str(), look, out)?;
-                entry.insert(Table::new(path.as_str()))
-            }
-        };
-        table.push(at, row, lines, out)
-    }
-
-    fn flush<W: Write>(&mut self, lines: Timelines, out: &mut RrdWriter<W>) -> Result<(), Error> {
-        for table in self.tables.values_mut() {
-            table.flush(lines, out)?;
-        }
-        Ok(())
-    }
-}
-
-impl MapTables {
-    /// An empty map.
-    pub fn new() -> Self {
-        Self {
-            features: BTreeMap::new(),
-            lines: Pages::new("/world/map/lines"),
-            points: Pages::new("/world/map/points"),
-            covariance: Pages::new("/world/map/covariance"),
-        }
-    }
-
-    /// Takes in what a step changed in the map, and logs the map after it.
-    pub fn update<W: Write>(
-        &mut self,
-        at: Moment,
-        step: &Step,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let origin = out.origin();
+impl Map {
+    /// Takes in what a step changed in the map, and draws the map after it.
+    pub fn draw(&mut self, at: Moment, step: &Step, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        // The kinds of feature that changed, by page.
         let mut touched = BTreeMap::<u32, [bool; 2]>::new();
         let mut touch = |feature: &MapFeature| {
             let [walls, corners] = touched.entry(feature.id / PAGE).or_default();
@@ -117,11 +38,9 @@ impl MapTables {
             }
         };
         for extraction in &step.extractions {
-            for id in &extraction.absorbed {
-                if let Some(gone) = self.features.remove(id) {
-                    touch(&gone);
-                }
-            }
+            let absorbed = extraction.absorbed.iter();
+            let gone = absorbed.filter_map(|id| self.features.remove(id));
+            gone.for_each(|gone| touch(&gone));
             if let Some(feature) = extraction.map_feature {
                 touch(&feature);
                 self.features.insert(feature.id, feature);
@@ -132,119 +51,194 @@ impl MapTables {
             self.features.insert(feature.id, *feature);
         }
         for (page, [walls, corners]) in touched {
-            if walls {
-                let row = self.page(page).filter_map(|f| wall(f, origin)).collect();
-                self.lines.push(page, at, row, &wall_look(), lines, out)?;
-            }
-            if corners {
-                let row = self.page(page).filter_map(|f| corner(f, origin)).collect();
-                self.points
-                    .push(page, at, row, &corner_look(), lines, out)?;
-            }
-            let row = self.page(page).map(|f| outline(f, origin)).collect();
-            self.covariance
-                .push(page, at, row, &outline_look(), lines, out)?;
+            self.draw_page(page, at, walls, corners, canvas)?;
         }
         Ok(())
     }
 
-    fn page(&self, page: u32) -> impl Iterator<Item = &MapFeature> {
-        let first = page * PAGE;
-        self.features
-            .range(first..=first.saturating_add(PAGE - 1))
-            .map(|(_, feature)| feature)
+    fn draw_page(
+        &self,
+        page: u32,
+        at: Moment,
+        walls: bool,
+        corners: bool,
+        canvas: &mut Canvas<'_>,
+    ) -> Result<(), Error> {
+        let (origin, first) = (canvas.origin, page * PAGE);
+        let features = || {
+            let page = self.features.range(first..=first.saturating_add(PAGE - 1));
+            page.map(|(_, feature)| feature)
+        };
+        if walls {
+            let walls = features().filter_map(|feature| match &feature.shape {
+                Shape::Line(line) => {
+                    let ends = line.ends().map(|end| origin.xy(end)).to_vec();
+                    Some(mark(ends, feature, style::WALL))
+                }
+                Shape::Point(_) => None,
+            });
+            canvas.row(Entity::MapLines(page), at, Row::Strips(walls.collect()))?;
+        }
+        if corners {
+            let corners = features().filter_map(|feature| match &feature.shape {
+                Shape::Point(point) => {
+                    Some(mark(origin.xy(point.position), feature, style::CORNER))
+                }
+                Shape::Line(_) => None,
+            });
+            canvas.row(Entity::MapPoints(page), at, Row::Dots(corners.collect()))?;
+        }
+        let outlines = features().map(|feature| {
+            let outline = match &feature.shape {
+                Shape::Line(segment) => band(segment),
+                Shape::Point(point) => ellipse(point),
+            };
+            Strip::from(
+                outline
+                    .into_iter()
+                    .map(|at| origin.xy(at))
+                    .collect::<Vec<_>>(),
+            )
+        });
+        canvas.row(
+            Entity::MapCovariance(page),
+            at,
+            Row::Strips(outlines.collect()),
+        )
     }
 
     /// How many confirmed lines, confirmed points and tentative features the map has.
     pub fn counts(&self) -> [usize; 3] {
-        let count = |wanted: &dyn Fn(&MapFeature) -> bool| {
-            self.features.values().filter(|f| wanted(f)).count()
-        };
-        let confirmed = |f: &MapFeature| f.status == Status::Confirmed;
-        [
-            count(&|f| confirmed(f) && f.shape.kind() == Kind::Line),
-            count(&|f| confirmed(f) && f.shape.kind() == Kind::Point),
-            count(&|f| !confirmed(f)),
-        ]
-    }
-
-    /// Writes what waits.
-    pub fn flush<W: Write>(
-        &mut self,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        self.lines.flush(lines, out)?;
-        self.points.flush(lines, out)?;
-        self.covariance.flush(lines, out)
+        let mut counts = [0; 3];
+        let [lines, points, tentative] = &mut counts;
+        for feature in self.features.values() {
+            match (feature.status, feature.shape.kind()) {
+                (Status::Confirmed, Kind::Line) => *lines += 1,
+                (Status::Confirmed, Kind::Point) => *points += 1,
+                (Status::Tentative, _) => *tentative += 1,
+            }
+        }
+        counts
     }
 }
 
-fn wall(feature: &MapFeature, origin: Origin) -> Option<Strip> {
-    match &feature.shape {
-        Shape::Line(segment) => Some(Strip {
-            points: segment.ends().map(|end| origin.xy(end)).to_vec(),
-            color: Some(color(feature, style::WALL)),
-            label: label(feature),
-        }),
-        Shape::Point(_) => None,
-    }
-}
-
-fn corner(feature: &MapFeature, origin: Origin) -> Option<Dot> {
-    match &feature.shape {
-        Shape::Point(point) => Some(Dot {
-            position: origin.xy(point.position),
-            color: Some(color(feature, style::CORNER)),
-            label: label(feature),
-        }),
-        Shape::Line(_) => None,
-    }
-}
-
-fn color(feature: &MapFeature, confirmed: Color) -> Color {
-    match feature.status {
+fn mark<P>(at: P, feature: &MapFeature, confirmed: Color) -> Mark<P> {
+    let color = match feature.status {
         Status::Confirmed => confirmed,
         Status::Tentative => style::TENTATIVE,
-    }
-}
-
-fn label(feature: &MapFeature) -> String {
-    format!(
+    };
+    let name = format!(
         "{} {}, {} ({}, {})",
         feature.shape.kind().name(),
         feature.id,
         feature.status.name(),
         counted(feature.readings.into(), "reading"),
         counted(feature.runs.into(), "run")
-    )
+    );
+    Mark {
+        color: Some(color),
+        ..Mark::named(at, name)
+    }
 }
 
-fn outline(feature: &MapFeature, origin: Origin) -> Outline {
-    let around = match &feature.shape {
-        Shape::Line(segment) => band(segment),
-        Shape::Point(point) => ellipse(point),
+/// How many standard deviations the outlines of uncertainty lie out.
+const SIGMAS: f64 = 3.0;
+
+/// Where the line may run: [`SIGMAS`] of its distance to either side, all along the segment.
+///
+/// A point of the line at `s` from the foot of the origin's perpendicular moves by
+/// `d rho - s d theta` along the normal.
+fn band(segment: &Segment) -> Vec<Vec2> {
+    const STEPS: u32 = 4;
+    let normal = unit(segment.theta);
+    let tangent = Vec2::new(-normal.y, normal.x);
+    let (rr, rt, tt) = (
+        segment.covariance.m11,
+        segment.covariance.m12,
+        segment.covariance.m22,
+    );
+    let offset = |at: Vec2| {
+        let s = at.dot(&tangent);
+        SIGMAS * (rr - 2.0 * s * rt + s * s * tt).max(0.0).sqrt()
     };
-    Outline(around.into_iter().map(|p| origin.xy(p)).collect())
+    let stations: Vec<Vec2> = (0..=STEPS)
+        .map(|i| f64::from(i) / f64::from(STEPS) * 2.0 - 1.0)
+        .map(|t| segment.mid + tangent * (t * segment.half_length))
+        .collect();
+    let near = stations.iter().map(|at| at + normal * offset(*at));
+    let far = stations.iter().rev().map(|at| at - normal * offset(*at));
+    let mut outline: Vec<Vec2> = near.chain(far).collect();
+    outline.extend(outline.first().copied());
+    outline
 }
 
-fn wall_look() -> LineStrips2D {
-    LineStrips2D::update_fields()
-        .with_radii([ui(2.5)])
-        .with_show_labels(false)
-        .with_draw_order(order::WALL)
+/// The ellipse at [`SIGMAS`] around a point, closed.
+fn ellipse(point: &Point) -> Vec<Vec2> {
+    const STEPS: u32 = 24;
+    let (a, b, d) = (
+        point.covariance.m11,
+        point.covariance.m12,
+        point.covariance.m22,
+    );
+    // The lower triangular root of the covariance takes the unit circle to the ellipse.
+    let l11 = a.max(0.0).sqrt();
+    let l21 = if l11 > 0.0 { b / l11 } else { 0.0 };
+    let l22 = (d - l21 * l21).max(0.0).sqrt();
+    (0..=STEPS)
+        .map(|i| std::f64::consts::TAU * f64::from(i % STEPS) / f64::from(STEPS))
+        .map(unit)
+        .map(|c| point.position + Vec2::new(l11 * c.x, l21 * c.x + l22 * c.y) * SIGMAS)
+        .collect()
 }
 
-fn corner_look() -> Points2D {
-    Points2D::update_fields()
-        .with_radii([ui(4.5)])
-        .with_show_labels(false)
-        .with_draw_order(order::CORNER)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix2;
 
-fn outline_look() -> LineStrips2D {
-    LineStrips2D::update_fields()
-        .with_radii([ui(0.5)])
-        .with_colors([style::COVARIANCE])
-        .with_draw_order(order::COVARIANCE)
+    #[test]
+    fn the_ellipse_lies_three_sigmas_out_in_every_direction() {
+        let covariance = Matrix2::new(0.04, 0.01, 0.01, 0.02);
+        let point = Point {
+            position: Vec2::new(1.0, -2.0),
+            covariance,
+        };
+        let inverse = covariance.try_inverse().unwrap();
+        let outline = ellipse(&point);
+        for corner in &outline {
+            let off = corner - point.position;
+            let mahalanobis = off.dot(&(inverse * off));
+            assert!((mahalanobis - SIGMAS * SIGMAS).abs() < 1e-9);
+        }
+        assert_eq!(outline.first(), outline.last());
+    }
+
+    #[test]
+    fn the_band_of_a_sure_line_is_the_line() {
+        let segment = Segment {
+            rho: 2.0,
+            theta: std::f64::consts::FRAC_PI_2,
+            covariance: Matrix2::zeros(),
+            mid: Vec2::new(3.0, 2.0),
+            half_length: 1.5,
+        };
+        for at in band(&segment) {
+            assert!((at.y - 2.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn an_uncertain_angle_opens_the_band_away_from_the_foot() {
+        let mut covariance = Matrix2::zeros();
+        covariance.m22 = 0.01;
+        let segment = Segment {
+            rho: 2.0,
+            theta: 0.0,
+            covariance,
+            mid: Vec2::new(2.0, 5.0),
+            half_length: 1.0,
+        };
+        let widest = band(&segment).iter().map(|at| at.x).fold(0.0, f64::max);
+        assert!((widest - (2.0 + 3.0 * 0.1 * 6.0)).abs() < 1e-9);
+    }
 }

@@ -3,11 +3,6 @@
 //! It holds places as 32-bit floats, seven digits: a millimetre only up to some ten kilometres. Odometry in
 //! map coordinates starts farther out, so there the recording counts from where the robot started.
 
-use rerun::Scalars;
-
-use super::Error;
-use super::encode::RrdWriter;
-use super::table::put_static;
 use crate::core::geometry::Vec2;
 use crate::core::tmam::arc::Arc;
 
@@ -58,13 +53,6 @@ impl Origin {
             .map(|i| right + arc.beam_width * f64::from(i) / f64::from(steps))
             .map(|bearing| self.xy(arc.point_at(bearing)))
             .collect()
-    }
-
-    /// States it among the recording's properties, unless it is the world's.
-    pub fn put<W: std::io::Write>(self, out: &mut RrdWriter<W>) -> Result<(), Error> {
-        self.shift().map_or(Ok(()), |at| {
-            put_static("/__properties/origin", &Scalars::new([at.x, at.y]), out)
-        })
     }
 }
 

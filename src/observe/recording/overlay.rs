@@ -1,188 +1,186 @@
-//! What a comparison found, drawn over the run: where things were, where they are, what changed.
-
-use std::collections::BTreeMap;
-use std::io::Write;
+//! What tools hand over, drawn over the run: where things were or should be, and what is wrong.
 
 use rerun::components::TextLogLevel;
-use rerun::{LineStrips2D, Points2D};
+use rerun::{Color, LineStrips2D, Points2D, TextDocument};
 
-use super::Error;
-use super::encode::RrdWriter;
-use super::hold::{Held, Ready};
-use super::log::LogTable;
-use super::shapes::Strip;
-use super::style::{self, order, ui};
-use super::table::{Moment, Table, Timelines, put_static};
-use crate::core::event::Sonar;
-use crate::core::geometry::Vec2;
+use super::canvas::{Canvas, Dot, Moment, Row, Strip};
+use super::entity::{Entity, Look, Paint};
+use super::style;
+use crate::core::tmam::arc::Arc;
+use crate::observe::drawing::{Overlay, Sketched, Truth};
+use crate::observe::viewer::Error;
 
 /// With more names than this on the map, none could be read.
 const MOST_NAMES: usize = 16;
 
-/// What to draw over a run.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Overlay {
-    /// Features as they were: pale.
-    pub golden: Vec<Sketched>,
-    /// Of those, the ones that moved or are missing: bright.
-    pub before: Vec<Sketched>,
-    /// Features that moved or are new, as they are now: bright, in another colour.
-    pub now: Vec<Sketched>,
-    /// What became of the label of an arc, by frame and sonar.
-    pub labels: BTreeMap<(u32, String), String>,
-    /// What the event log says, at a frame and its stamp.
-    pub notes: Vec<(u32, i64, String)>,
-    /// The frame at which the viewer opens.
-    pub first_frame: Option<u32>,
-    /// First and last of the frames to show; `None`: all of them. The map is complete in any case.
-    pub only: Option<Vec<[u32; 2]>>,
-    /// The page that says what the recording is gets this, too (Markdown).
-    pub about: String,
+/// A kind of sketches that are there all the time: where they are, and how they look.
+struct Layer<'a> {
+    sketched: &'a [Sketched],
+    /// Of lines, and of points.
+    paths: [&'static str; 2],
+    radii: [f32; 2],
+    color: Color,
+    order: f32,
+    named: bool,
 }
 
-/// A feature as it is drawn.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sketched {
-    /// Both ends of a line; twice the place of a point.
-    pub ends: [Vec2; 2],
-    /// Whether it is a point.
-    pub is_point: bool,
-    /// What to call it.
-    pub name: String,
+/// Draws what holds at all times, and says in the event log what is to be said there.
+pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    if let Some(truth) = &overlay.truth {
+        return put_truth(truth, canvas);
+    }
+    if *overlay == Overlay::default() {
+        return Ok(());
+    }
+    let is_legible = |sketched: &[Sketched]| sketched.len() <= MOST_NAMES;
+    for layer in [
+        Layer {
+            sketched: &overlay.golden,
+            paths: ["/world/golden/lines", "/world/golden/points"],
+            radii: [4.5, 6.5],
+            color: style::GOLDEN,
+            order: 3.5,
+            named: false,
+        },
+        Layer {
+            sketched: &overlay.before,
+            paths: [
+                "/world/differences/before/lines",
+                "/world/differences/before/points",
+            ],
+            radii: [4.0, 6.0],
+            color: style::BEFORE,
+            order: 8.3,
+            named: is_legible(&overlay.before),
+        },
+        Layer {
+            sketched: &overlay.now,
+            paths: [
+                "/world/differences/now/lines",
+                "/world/differences/now/points",
+            ],
+            radii: [3.0, 5.0],
+            color: style::NOW,
+            order: 8.6,
+            named: is_legible(&overlay.now),
+        },
+    ] {
+        layer.put(canvas)?;
+    }
+    canvas.put_look(Entity::ChangedLabels)?;
+    for (frame, stamp_ns, text) in &overlay.notes {
+        let at = Moment::new(*frame, *stamp_ns);
+        canvas.note(at, TextLogLevel::ERROR, text.clone())?;
+    }
+    canvas.flush()
 }
 
-impl Overlay {
-    /// Whether a frame is shown.
-    pub fn shows(&self, frame: u32) -> bool {
-        let within = |[first, last]: &[u32; 2]| (*first..=*last).contains(&frame);
-        self.only
-            .as_ref()
-            .is_none_or(|only| only.iter().any(within))
-    }
-
-    /// Writes what holds at all times.
-    pub fn put<W: Write>(&self, out: &mut RrdWriter<W>) -> Result<(), Error> {
-        let origin = out.origin();
-        for (path, sketched, color, width, above) in [
-            (
-                "/world/golden",
-                &self.golden,
-                style::GOLDEN,
-                4.5,
-                order::GOLDEN,
-            ),
-            (
-                "/world/differences/before",
-                &self.before,
-                style::BEFORE,
-                4.0,
-                order::BEFORE,
-            ),
-            (
-                "/world/differences/now",
-                &self.now,
-                style::NOW,
-                3.0,
-                order::NOW,
-            ),
-        ] {
-            let names = above > order::GOLDEN && sketched.len() <= MOST_NAMES;
-            let of = |points: bool| sketched.iter().filter(move |one| one.is_point == points);
-            let name = |one: &Sketched| one.name.clone();
-            let lines = LineStrips2D::new(of(false).map(|one| one.ends.map(|end| origin.xy(end))))
-                .with_labels(of(false).map(name))
-                .with_show_labels(names)
-                .with_colors([color])
-                .with_radii([ui(width)])
-                .with_draw_order(above);
-            put_static(format!("{path}/lines"), &lines, out)?;
-            let points = Points2D::new(of(true).map(|one| origin.xy(one.ends[0])))
-                .with_labels(of(true).map(name))
-                .with_show_labels(names)
-                .with_colors([color])
-                .with_radii([ui(width + 2.0)])
-                .with_draw_order(above);
-            put_static(format!("{path}/points"), &points, out)?;
-        }
-        let look = LineStrips2D::update_fields()
-            .with_radii([ui(5.0)])
-            .with_colors([style::NOW])
-            .with_show_labels(true)
-            .with_draw_order(order::NOW);
-        put_static(LABELS, &look, out)
-    }
-
-    /// Writes what the event log says of the differences.
-    pub fn note<W: Write>(
-        &self,
-        sonars: &[Sonar],
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let mut log = LogTable::new(sonars);
-        for (frame, stamp_ns, text) in &self.notes {
-            let at = Moment {
-                frame: i64::from(*frame),
-                stamp_ns: *stamp_ns,
-            };
-            log.note(at, TextLogLevel::ERROR, text.clone(), lines, out)?;
-        }
-        log.flush(lines, out)
-    }
-}
-
-const LABELS: &str = "/world/differences/labels";
-
-/// The arcs of every frame whose labels changed.
-pub struct OverlayTable(Table<Strip>);
-
-impl OverlayTable {
-    /// An empty table.
-    pub fn new() -> Self {
-        Self(Table::new(LABELS))
-    }
-
-    /// Marks the arcs of a frame.
-    pub fn push<W: Write>(
-        &mut self,
-        ready: &Ready,
-        overlay: &Overlay,
-        sonars: &[Sonar],
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let origin = out.origin();
-        let row = |held: &Held| -> Vec<Strip> {
-            let arcs = held.cells.iter().filter_map(|cell| cell.arc);
-            arcs.filter_map(|arc| {
-                let sonar = sonars.get(arc.id.sonar.index())?;
-                let what = overlay.labels.get(&(arc.id.frame, sonar.name.clone()))?;
-                Some(Strip {
-                    points: origin.sweep(&arc),
-                    color: None,
-                    label: format!("{}: {what}", sonar.name),
-                })
-            })
-            .collect()
+fn put_truth(truth: &Truth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let page = TextDocument::from_markdown(truth.page.as_str());
+    canvas.put("/evaluation", &page)?;
+    for (sketched, paths, color, order) in [
+        (
+            &truth.real,
+            ["/world/truth/walls", "/world/truth/points"],
+            style::TRUTH,
+            0.2,
+        ),
+        (
+            &truth.missed,
+            ["/world/truth/missed_walls", "/world/truth/missed_points"],
+            style::REJECTED,
+            0.4,
+        ),
+    ] {
+        let layer = Layer {
+            sketched,
+            paths,
+            radii: [6.0, 9.0],
+            color,
+            order,
+            named: false,
         };
-        match ready {
-            _ if overlay.labels.is_empty() => Ok(()),
-            Ready::InOrder(held) => self.0.push(held.moment, row(held), lines, out),
-            // A chunk of its own, so that the rows of the others stay in order.
-            Ready::Late(held) => {
-                let mut own = Table::new(LABELS);
-                own.push(held.moment, row(held), lines, out)?;
-                own.flush(lines, out)
-            }
-        }
+        layer.put(canvas)?;
     }
+    for entity in [
+        Entity::WrongLabels,
+        Entity::Errors,
+        Entity::SpuriousLines,
+        Entity::SpuriousPoints,
+    ] {
+        canvas.put_look(entity)?;
+    }
+    Ok(())
+}
 
-    /// Writes what waits.
-    pub fn flush<W: Write>(
-        &mut self,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        self.0.flush(lines, out)
+/// Marks the arcs of a frame whose label changed or is wrong.
+pub fn mark(
+    overlay: &Overlay,
+    at: Moment,
+    arcs: &[Arc],
+    canvas: &mut Canvas<'_>,
+) -> Result<(), Error> {
+    let (entity, labels) = match &overlay.truth {
+        Some(truth) => (Entity::WrongLabels, &truth.wrong),
+        None => (Entity::ChangedLabels, &overlay.labels),
+    };
+    if labels.is_empty() {
+        return Ok(());
+    }
+    let mut marks = Vec::new();
+    for arc in arcs {
+        let sonar = canvas.sonar(arc.id.sonar).to_owned();
+        let Some(what) = labels.get(&(arc.id.frame, sonar.clone())) else {
+            continue;
+        };
+        if entity == Entity::WrongLabels {
+            let text = format!("wrong label: {sonar} {what}");
+            canvas.note(at, TextLogLevel::WARN, text)?;
+        }
+        let name = format!("{sonar}: {what}");
+        marks.push(Strip::named(canvas.origin.sweep(arc), name));
+    }
+    canvas.row(entity, at, Row::Strips(marks))
+}
+
+/// Draws what is wrong with the final map.
+pub fn finish(overlay: &Overlay, at: Moment, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let Some(truth) = &overlay.truth else {
+        return Ok(());
+    };
+    let origin = canvas.origin;
+    let lines = |sketched: &[Sketched]| {
+        let lines = sketched.iter().filter(|one| !one.is_point);
+        let strip = |one: &Sketched| {
+            let ends = one.ends.map(|end| origin.xy(end));
+            Strip::named(ends.to_vec(), one.name.clone())
+        };
+        Row::Strips(lines.map(strip).collect())
+    };
+    let points = truth.spurious.iter().filter(|one| one.is_point);
+    let points = points.map(|one| Dot::named(origin.xy(one.ends[0]), one.name.clone()));
+    let points = Row::Dots(points.collect());
+    canvas.row(Entity::Errors, at, lines(&truth.errors))?;
+    canvas.row(Entity::SpuriousLines, at, lines(&truth.spurious))?;
+    canvas.row(Entity::SpuriousPoints, at, points)
+}
+
+impl Layer<'_> {
+    fn put(&self, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+        let origin = canvas.origin;
+        let of = |points: bool| {
+            let all = self.sketched.iter();
+            all.filter(move |one| one.is_point == points)
+        };
+        let names = |points: bool| of(points).map(|one| one.name.as_str());
+        let ([lines, points], paint) = (self.radii, Paint::All(self.color));
+        let look = Look::strips(lines, paint, self.order).shown(self.named);
+        let ends = of(false).map(|one| one.ends.map(|end| origin.xy(end)));
+        let strips = LineStrips2D::new(ends).with_labels(names(false));
+        canvas.put(self.paths[0], &look.of_strips(strips))?;
+        let look = Look::dots(points, paint, self.order).shown(self.named);
+        let places = of(true).map(|one| origin.xy(one.ends[0]));
+        let dots = Points2D::new(places).with_labels(names(true));
+        canvas.put(self.paths[1], &look.of_dots(dots))
     }
 }

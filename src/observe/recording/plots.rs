@@ -1,183 +1,86 @@
 //! Beside the map: the angles of every triple and the labels that follow from them.
 
 use std::collections::BTreeSet;
-use std::io::Write;
 
 use rerun::components::{MarkerShape, Name};
-use rerun::external::re_log_types::EntityPathPart;
-use rerun::{
-    Color, EntityPath, Scalars, SerializationResult, SerializedComponentColumn, SeriesLines,
-    SeriesPoints, StateChange, StateConfiguration,
-};
+use rerun::{Color, SeriesLines, SeriesPoints, StateConfiguration};
 
-use super::Error;
-use super::encode::RrdWriter;
-use super::hold::Held;
+use super::canvas::{Canvas, Moment, Row};
+use super::entity::Entity;
+use super::hold::{Cell, Held};
 use super::style::{self, LABELS};
-use super::table::{Instance, Moment, Table, Timelines, put_static};
-use crate::core::event::{Sonar, SonarId};
-use crate::core::rounding::rounded;
+use crate::core::event::SonarId;
 use crate::core::tmam::triple::Evidence;
+use crate::observe::viewer::Error;
 
-/// An angle in radians, a chi2, or a place on a lane, rounded as in the trace, so that the two can be compared.
-struct Value(f64);
+type Pick = fn(&Evidence) -> f64;
 
-impl Instance for Value {
-    fn columns(
-        values: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        Ok(Scalars::update_fields()
-            .with_scalars(values.iter().map(|value| rounded(value.0)))
-            .columns(lengths.iter().copied())?
-            .collect())
+/// Numbers of a triple that are plotted, one dot per sonar and frame.
+const PLOTS: [(Entity, Pick); 4] = [
+    (Entity::ThetaC, |evidence| evidence.angles.theta_c),
+    (Entity::ThetaI, |evidence| evidence.angles.theta_i),
+    (Entity::Chi2Line, |evidence| {
+        finite(evidence.opinion.chi2_line)
+    }),
+    (Entity::Chi2Point, |evidence| {
+        finite(evidence.opinion.chi2_point)
+    }),
+];
+
+/// Labels as dots on the lane of their sonar: contact lies above the lane's middle and unidentified
+/// below it, so that none hides another where the run is long.
+const DOTS: [(Entity, &str, f64, Color); 3] = [
+    (Entity::ContactDots, "contact", 0.2, style::CONTACT),
+    (
+        Entity::IntersectionDots,
+        "intersection",
+        0.0,
+        style::INTERSECTION,
+    ),
+    (
+        Entity::UnidentifiedDots,
+        "unidentified",
+        -0.2,
+        style::UNIDENTIFIED,
+    ),
+];
+
+/// Plots a decided frame.
+pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let sonars = canvas.sonars.len();
+    for (entity, pick) in PLOTS {
+        let number = |cell: &Cell| Some(pick(&cell.verdict?.evidence?));
+        canvas.row(entity, held.moment, by_sonar(held, sonars, number))?;
     }
-}
-
-/// A label, with the reason where there is none. A row without one ends the label before it: a gap in the lane. (A null would say the
-/// same, but `rerun rrd verify` takes it for damage.)
-struct State(String);
-
-impl Instance for State {
-    fn columns(
-        states: Vec<Self>,
-        lengths: &[usize],
-    ) -> SerializationResult<Vec<SerializedComponentColumn>> {
-        Ok(StateChange::update_fields()
-            .with_state(states.iter().map(|state| state.0.as_str()))
-            .columns(lengths.iter().copied())?
-            .collect())
-    }
-}
-
-/// The angles and labels of every frame.
-pub struct PlotTables {
-    theta_c: Table<Value>,
-    theta_i: Table<Value>,
-    chi2_line: Table<Value>,
-    chi2_point: Table<Value>,
-    labels: Vec<Table<State>>,
-    // The same labels as dots: lanes of names melt into grey where a run is long.
-    dots: [(&'static str, Table<Value>); 3],
-}
-
-impl PlotTables {
-    /// Empty tables for these sonars.
-    pub fn new(sonars: &[Sonar]) -> Self {
-        Self {
-            theta_c: Table::new("/angles/theta_c"),
-            theta_i: Table::new("/angles/theta_i"),
-            chi2_line: Table::new("/chi2/line"),
-            chi2_point: Table::new("/chi2/point"),
-            labels: sonars.iter().map(|s| Table::new(lane(s))).collect(),
-            dots: KINDS.map(|(name, _)| (name, Table::new(dots(name)))),
-        }
-    }
-
-    /// Adds a decided frame.
-    pub fn push<W: Write>(
-        &mut self,
-        held: &Held,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        let sonars = self.labels.len();
-        let theta_c = by_sonar(held, sonars, |evidence| evidence.angles.theta_c);
-        let theta_i = by_sonar(held, sonars, |evidence| evidence.angles.theta_i);
-        self.theta_c.push(held.moment, theta_c, lines, out)?;
-        self.theta_i.push(held.moment, theta_i, lines, out)?;
-        let line = by_sonar(held, sonars, |evidence| finite(evidence.opinion.chi2_line));
-        let point = by_sonar(held, sonars, |evidence| finite(evidence.opinion.chi2_point));
-        self.chi2_line.push(held.moment, line, lines, out)?;
-        self.chi2_point.push(held.moment, point, lines, out)?;
-        for cell in &held.cells {
-            if let Some(labels) = self.labels.get_mut(cell.sonar.index()) {
-                let state = cell
-                    .verdict
-                    .map(|verdict| State(style::name(verdict.label)));
-                labels.push(held.moment, state, lines, out)?;
-            }
-        }
-        for (name, table) in &mut self.dots {
-            let row = dots_of(held, sonars, name);
-            table.push(held.moment, row, lines, out)?;
-        }
-        Ok(())
-    }
-
-    /// Writes what waits.
-    pub fn flush<W: Write>(
-        &mut self,
-        lines: Timelines,
-        out: &mut RrdWriter<W>,
-    ) -> Result<(), Error> {
-        self.theta_c.flush(lines, out)?;
-        self.theta_i.flush(lines, out)?;
-        self.chi2_line.flush(lines, out)?;
-        self.chi2_point.flush(lines, out)?;
-        for labels in &mut self.labels {
-            labels.flush(lines, out)?;
-        }
-        self.dots
-            .iter_mut()
-            .try_for_each(|(_, table)| table.flush(lines, out))
-    }
-}
-
-/// One number per sonar; NaN, which plots as a gap, where the frame has no triple of it.
-fn by_sonar(held: &Held, sonars: usize, pick: fn(&Evidence) -> f64) -> Vec<Value> {
-    let mut row: Vec<Value> = (0..sonars).map(|_| Value(f64::NAN)).collect();
     for cell in &held.cells {
-        let evidence = cell.verdict.and_then(|verdict| verdict.evidence);
-        if let (Some(slot), Some(evidence)) = (row.get_mut(cell.sonar.index()), evidence) {
-            *slot = Value(pick(&evidence));
+        let label = cell.verdict.map(|verdict| style::name(verdict.label));
+        let label = Row::Labels(label.into_iter().collect());
+        canvas.row(Entity::Labels(cell.sonar), held.moment, label)?;
+    }
+    for (entity, label, above, _) in DOTS {
+        let place = |cell: &Cell| {
+            let same = cell.verdict.is_some_and(|v| v.label.name() == label);
+            same.then_some(cell.sonar.index() as f64 + above)
+        };
+        canvas.row(entity, held.moment, by_sonar(held, sonars, place))?;
+    }
+    Ok(())
+}
+
+/// One number per sonar; NaN, which plots as a gap, where the frame has none of it.
+fn by_sonar(held: &Held, sonars: usize, pick: impl Fn(&Cell) -> Option<f64>) -> Row {
+    let mut row = vec![f64::NAN; sonars];
+    for cell in &held.cells {
+        if let (Some(slot), Some(number)) = (row.get_mut(cell.sonar.index()), pick(cell)) {
+            *slot = number;
         }
     }
-    row
+    Row::Numbers(row)
 }
 
 /// Infinite where the beams have nothing in common: a gap in the plot.
 fn finite(chi2: f64) -> f64 {
     if chi2.is_finite() { chi2 } else { f64::NAN }
-}
-
-/// A dot on the lane of every sonar whose arc has this label: contact lies above the lane's middle
-/// and unidentified below it, so that none hides another where the run is long.
-fn dots_of(held: &Held, sonars: usize, label: &str) -> Vec<Value> {
-    let above = match label {
-        "contact" => 0.2,
-        "intersection" => 0.0,
-        _ => -0.2,
-    };
-    let mut row: Vec<Value> = (0..sonars).map(|_| Value(f64::NAN)).collect();
-    for cell in &held.cells {
-        let at = cell.sonar.index();
-        let same = cell.verdict.is_some_and(|v| v.label.name() == label);
-        if let Some(slot) = row.get_mut(at).filter(|_| same) {
-            *slot = Value(at as f64 + above);
-        }
-    }
-    row
-}
-
-/// What a label can be, whatever the reason.
-const KINDS: [(&str, Color); 3] = [
-    ("contact", style::CONTACT),
-    ("intersection", style::INTERSECTION),
-    ("unidentified", style::UNIDENTIFIED),
-];
-
-/// The entity that holds one label's dots.
-fn dots(label: &str) -> String {
-    format!("/lanes/{label}")
-}
-
-/// The entity that holds a sonar's labels: its name is one part, whatever slashes it has.
-fn lane(sonar: &Sonar) -> EntityPath {
-    EntityPath::new(vec![
-        EntityPathPart::new("labels"),
-        EntityPathPart::new(sonar.name.as_str()),
-    ])
 }
 
 /// The bounds that values are held against.
@@ -190,71 +93,63 @@ pub struct Limits {
 }
 
 /// How the plots look.
-pub fn put_styles<W: Write>(
-    sonars: &[Sonar],
-    limits: Limits,
-    out: &mut RrdWriter<W>,
-) -> Result<(), Error> {
+pub fn put_styles(limits: Limits, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let names: Vec<Name> = canvas
+        .sonars
+        .iter()
+        .map(|s| s.name.as_str().into())
+        .collect();
+    let sonars = names.len();
     let look = SeriesPoints::update_fields()
-        .with_names(sonars.iter().map(|sonar| Name::from(sonar.name.as_str())))
-        .with_colors(style::wheel(sonars.len()))
-        .with_marker_sizes(vec![2.0; sonars.len()]);
-    for path in [
-        "/angles/theta_c",
-        "/angles/theta_i",
-        "/chi2/line",
-        "/chi2/point",
-    ] {
-        put_static(path, &look, out)?;
+        .with_names(names.clone())
+        .with_colors(style::wheel(sonars))
+        .with_marker_sizes(vec![2.0; sonars]);
+    for (entity, _) in PLOTS {
+        canvas.put_on(entity, &look)?;
     }
-    for (path, name) in [
-        (GAMMA, format!("gamma {:.1} deg", limits.gamma.to_degrees())),
-        (GATE, format!("gate {}", limits.gate)),
+    for (entity, name) in [
+        (
+            Entity::Gamma,
+            format!("gamma {:.1} deg", limits.gamma.to_degrees()),
+        ),
+        (Entity::Gate, format!("gate {}", limits.gate)),
     ] {
         let look = SeriesLines::update_fields()
             .with_names([name])
             .with_colors([style::BOUND])
             .with_widths([1.5]);
-        put_static(path, &look, out)?;
+        canvas.put_on(entity, &look)?;
     }
-    for (name, color) in KINDS {
+    for (entity, _, _, color) in DOTS {
         let look = SeriesPoints::update_fields()
-            .with_names(sonars.iter().map(|sonar| Name::from(sonar.name.as_str())))
-            .with_colors(vec![color; sonars.len()])
-            .with_markers(vec![MarkerShape::Square; sonars.len()])
-            .with_marker_sizes(vec![2.5; sonars.len()]);
-        put_static(dots(name), &look, out)?;
+            .with_names(names.clone())
+            .with_colors(vec![color; sonars])
+            .with_markers(vec![MarkerShape::Square; sonars])
+            .with_marker_sizes(vec![2.5; sonars]);
+        canvas.put_on(entity, &look)?;
     }
     Ok(())
 }
 
-/// The entities that hold the bounds.
-pub const GAMMA: &str = "/angles/gamma";
-pub const GATE: &str = "/chi2/gate";
-
 /// The bounds as lines over the whole run, and how the lanes look: of the sonars that gave something,
 /// since the viewer would draw an empty lane for any other.
-pub fn put_last<W: Write>(
-    sonars: &[Sonar],
+pub fn put_last(
     seen: &BTreeSet<SonarId>,
     limits: Limits,
     ends: &[Moment],
-    lines: Timelines,
-    out: &mut RrdWriter<W>,
+    canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
-    for (path, bound) in [(GAMMA, limits.gamma), (GATE, limits.gate)] {
-        let mut table = Table::new(path);
+    for (entity, bound) in [(Entity::Gamma, limits.gamma), (Entity::Gate, limits.gate)] {
         for end in ends {
-            table.push(*end, [Value(bound)], lines, out)?;
+            canvas.row(entity, *end, Row::Numbers(vec![bound]))?;
         }
-        table.flush(lines, out)?;
     }
+    canvas.flush()?;
     // Most lanes are grey most of the time: a word there would be noise, a letter is not.
     let look = StateConfiguration::new()
         .with_values(LABELS.map(style::name))
         .with_labels(LABELS.map(style::short))
         .with_colors(LABELS.map(style::shade));
-    seen.iter()
-        .filter_map(|sonar| sonars.get(sonar.index()))
-        .try_for_each(|sonar| put_static(lane(sonar), &look, out))
+    let mut lanes = seen.iter().map(|sonar| Entity::Labels(*sonar));
+    lanes.try_for_each(|lane| canvas.put_on(lane, &look))
 }

@@ -1,6 +1,6 @@
 //! Colours, sizes and the numbers that stand for labels.
 
-use rerun::{AnnotationContext, ClassDescription, Color, Radius, Rgba32};
+use rerun::{AnnotationContext, ClassDescription, Color, Rgba32};
 
 use crate::core::tmam::triple::{Label, Reason};
 
@@ -44,35 +44,8 @@ pub const BEFORE: Color = rgb(0x2e, 0xe6, 0xcf);
 /// What is now otherwise than in a golden file.
 pub const NOW: Color = rgb(0xff, 0x4d, 0xe1);
 
-const fn rgb(r: u8, g: u8, b: u8) -> Color {
+pub const fn rgb(r: u8, g: u8, b: u8) -> Color {
     Color(Rgba32::from_rgb(r, g, b))
-}
-
-/// A size on the screen, whatever the zoom.
-pub fn ui(points: f32) -> Radius {
-    Radius::new_ui_points(points)
-}
-
-/// What stacks on what in the map: higher is nearer to the eye.
-pub mod order {
-    pub const TRUTH: f32 = 0.2;
-    pub const MISSED: f32 = 0.4;
-    pub const BEAM: f32 = 1.0;
-    pub const TRAJECTORY: f32 = 2.0;
-    pub const COVARIANCE: f32 = 3.0;
-    pub const GOLDEN: f32 = 3.5;
-    pub const WALL: f32 = 4.0;
-    pub const CORNER: f32 = 5.0;
-    pub const SPURIOUS: f32 = 5.5;
-    pub const ASSOCIATED: f32 = 6.0;
-    pub const SUSPECT: f32 = 6.5;
-    pub const WRONG: f32 = 6.6;
-    pub const ARC: f32 = 7.0;
-    pub const FEATURE: f32 = 8.0;
-    pub const BEFORE: f32 = 8.3;
-    pub const NOW: f32 = 8.6;
-    pub const TOUCH: f32 = 9.0;
-    pub const ROBOT: f32 = 10.0;
 }
 
 /// Every label an arc can have.

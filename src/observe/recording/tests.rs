@@ -1,4 +1,5 @@
 mod run;
+mod truth;
 mod windows;
 
 use std::collections::BTreeMap;
@@ -9,10 +10,10 @@ use rerun::time::TimeType;
 use rerun::{LineStrips2D, Scalars, StateChange, StoreKind};
 
 pub use self::run::{chunks, drive, record, record_under, ring};
-use super::names::store_ids;
+use super::canvas::Timelines;
 use super::*;
 use crate::core::config::Config;
-use crate::core::event::SonarId;
+use crate::core::event::{Sonar, SonarId};
 use crate::core::geometry::Vec2;
 use crate::core::observer::{Setting, Source};
 use crate::core::tmam::triple::{Evidence, Verdict};
@@ -189,7 +190,7 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
             source: &source,
             start: Vec2::zeros(),
         };
-        store_ids(&setting, None)
+        store_ids(&setting, "")
     };
     let mut other = Config::default();
     other.triple.gamma = 0.1;

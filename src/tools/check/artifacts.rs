@@ -12,6 +12,7 @@ use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::output::Output;
 use crate::observe::recording::Recording;
+use crate::observe::viewer;
 use crate::tools::carried::carried;
 use crate::tools::golden::{
     Comparison, Golden, GoldenError, Replayed, Tolerance, as_recorded, replay,
@@ -41,14 +42,17 @@ impl Artifacts {
         config: &Config,
         replayed: &Replayed,
         comparison: &Comparison,
-    ) -> Result<(Vec<PathBuf>, PathBuf), CheckError> {
+    ) -> Result<(Vec<PathBuf>, Option<PathBuf>), CheckError> {
         let [new, recording] = self.paths(job);
         write_new(&new, replayed, config, golden.tolerances)?;
+        if !viewer::IS_BUILT_IN {
+            return Ok((vec![new], None));
+        }
         let mut out = Output::create(&recording)?;
         let replay = Replay::new(&replayed.log, config).map_err(GoldenError::from)?;
         let over = overlay(golden, &replayed.results, comparison, self.around);
         let setting = replay.setting();
-        let mut recorder = Recording::overlaid(&mut out, setting, over)?;
+        let mut recorder = Recording::new(Some(&mut out), None, setting, over)?;
         let outcome = replay
             .run(&mut [&mut recorder as &mut dyn Observer])
             .map_err(GoldenError::from)?;
@@ -58,7 +62,7 @@ impl Artifacts {
             .transpose()?;
         recorder.close(carried.as_ref())?;
         out.commit()?;
-        Ok((vec![new, recording.clone()], recording))
+        Ok((vec![new, recording.clone()], Some(recording)))
     }
 
     /// Writes the golden file that a log without one would get with the default configuration;

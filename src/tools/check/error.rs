@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::partition::PartitionError;
 use crate::io::config::file::ConfigError;
 use crate::io::output::OutputError;
-use crate::observe::recording;
+use crate::observe::viewer;
 use crate::tools::golden::{GoldenError, ToleranceError};
 
 /// Why a check cannot begin, or a log not be checked.
@@ -65,7 +65,7 @@ pub enum CheckError {
     Config(#[from] ConfigError),
     /// The recording of a log that differs.
     #[error(transparent)]
-    Recording(#[from] recording::Error),
+    Recording(#[from] viewer::Error),
     /// The results of a log that differs, or a report.
     #[error("cannot form the report: {0}")]
     Report(#[from] std::io::Error),

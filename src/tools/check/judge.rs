@@ -64,7 +64,7 @@ pub fn judge(job: &Job, strict: bool, artifacts: Option<&Artifacts>) -> Report {
         match artifacts.write(job, &golden, config, &replayed, &comparison) {
             Ok((files, recording)) => {
                 report.artifacts = files;
-                report.recording = Some(recording);
+                report.recording = recording;
             }
             Err(error) => report.verdict = unusable(&error),
         }

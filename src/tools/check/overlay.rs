@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use crate::core::geometry::{Vec2, unit};
 use crate::core::wording::counted;
-use crate::observe::recording::{Overlay, Sketched};
+use crate::observe::drawing::{Overlay, Sketched};
 use crate::tools::golden::{
     Comparison, Difference, Feature, FeatureDifference, Geometry, Golden, LabelChange, LabelRun,
     Results, Set, describe,
@@ -40,6 +40,7 @@ pub fn overlay(
         first_frame: comparison.first_frame().or(Some(0)),
         about: about(golden, comparison, around, only.is_some()),
         only,
+        truth: None,
     }
 }
 

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::io::config::file::ConfigError;
 use crate::io::schema::Relation;
+use crate::observe::carried::CarriedError;
 use crate::observe::features;
-use crate::observe::recording::CarriedError;
 use crate::tools::golden::{GoldenError, ToleranceError};
 
 /// Why there is nothing to compare.

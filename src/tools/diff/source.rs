@@ -7,7 +7,7 @@ use super::side::{Kind, Recorded, Side};
 use crate::core::config::Config;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 use crate::observe::features;
-use crate::observe::recording::Carried;
+use crate::observe::recording::read_carried;
 use crate::tools::golden::{
     FeaturesFile, Golden, GoldenError, SCHEMA as GOLDEN, read_labels, unrecorded,
 };
@@ -59,7 +59,7 @@ fn recorded(path: &Path) -> Result<Side, DiffError> {
         path: path.to_owned(),
         source,
     };
-    let carried = Carried::read(path).map_err(unfit)?;
+    let carried = read_carried(path).map_err(unfit)?;
     let mut side = results(path, carried.features.as_bytes())?;
     side.kind = Kind::Recording;
     if let Some(text) = carried.labels {

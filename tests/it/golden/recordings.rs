@@ -1,7 +1,7 @@
 //! `tmam diff` of recordings: by the results that they carry.
 
 use serde_json::Value;
-use tmam_replay::observe::recording::Carried;
+use tmam_replay::observe::recording::read_carried;
 
 use super::diff::{diff, with_features};
 use super::{bench_with, path_of, tmam};
@@ -11,7 +11,7 @@ use crate::support::sample;
 fn recordings_are_compared_by_the_results_that_they_carry() {
     let (bench, golden) = with_features();
     let log = path_of("room_drive.mcap");
-    let carried = Carried::read(&bench.path("drive.rrd")).unwrap();
+    let carried = read_carried(&bench.path("drive.rrd")).unwrap();
     assert_eq!(
         carried.features.as_bytes(),
         bench.bytes("drive.features.json")

@@ -1,7 +1,5 @@
 //! Writes the parts of a blueprint: views, containers and their settings.
 
-use std::io::Write;
-
 use rerun::blueprint::components::{
     ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState,
     QueryExpression, RootContainer, RowShare, ViewClass,
@@ -12,11 +10,10 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
     ContainerBlueprint, PanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use rerun::external::uuid::Uuid;
-use rerun::{AsComponents, EntityPath, Timeline};
+use rerun::{AsComponents, EntityPath};
 
-use crate::observe::recording::Error;
-use crate::observe::recording::encode::{RrdWriter, Store};
-use crate::observe::recording::table::unit_columns;
+use crate::observe::recording::canvas::Canvas;
+use crate::observe::viewer::Error;
 
 /// A container or view, the same in every recording.
 pub trait Part: Copy {
@@ -41,14 +38,14 @@ pub trait Part: Copy {
 pub const FIRST_UUID: u128 = 0x746d_616d_0000_4000_8000_0000_0000_0000;
 
 /// Writes the parts of the blueprint.
-pub struct Writer<'a, W> {
-    out: &'a mut RrdWriter<W>,
+pub struct Writer<'a, 'b> {
+    canvas: &'a mut Canvas<'b>,
 }
 
-impl<'a, W: Write> Writer<'a, W> {
+impl<'a, 'b> Writer<'a, 'b> {
     /// A blueprint without parts.
-    pub fn new(out: &'a mut RrdWriter<W>) -> Self {
-        Self { out }
+    pub fn new(canvas: &'a mut Canvas<'b>) -> Self {
+        Self { canvas }
     }
 
     /// Any part.
@@ -57,13 +54,7 @@ impl<'a, W: Write> Writer<'a, W> {
         path: impl Into<EntityPath>,
         what: &dyn AsComponents,
     ) -> Result<(), Error> {
-        self.out.chunk(
-            Store::Blueprint,
-            &path.into(),
-            1,
-            vec![(Timeline::new_sequence("blueprint"), vec![0])],
-            unit_columns(what)?,
-        )
+        self.canvas.part(path, what)
     }
 
     /// A view of the entities that `query` selects.

@@ -3,18 +3,20 @@ use std::io::Cursor;
 use rerun::external::re_log_encoding::{MessageHeader, StreamFooter, StreamHeader};
 
 use super::*;
-use crate::observe::recording::names::named_ids;
+use crate::observe::recording::encode::{RrdWriter, named_ids};
 use crate::observe::recording::origin::Origin;
 
 fn recording(carried: Option<&Carried>) -> Vec<u8> {
-    let [recording, blueprint] = named_ids("tmam", "a.mcap", "r".to_owned());
-    let mut out =
-        RrdWriter::new(Vec::new(), None, recording, blueprint, 5, Origin::default()).unwrap();
-    put_static("/about", &TextDocument::new("about"), &mut out).unwrap();
+    let ids = named_ids("tmam", "a.mcap", "r".to_owned());
+    let mut bytes = Vec::new();
+    let file = RrdWriter::new(Some(&mut bytes), None, ids, 5).unwrap();
+    let mut canvas = Canvas::new(file, 5, Origin::default(), &[]);
+    canvas.put("/about", &TextDocument::new("about")).unwrap();
     if let Some(carried) = carried {
-        carried.put(&mut out).unwrap();
+        put(carried, &mut canvas).unwrap();
     }
-    out.finish().unwrap().0
+    canvas.close().unwrap();
+    bytes
 }
 
 fn results() -> Carried {

@@ -16,7 +16,7 @@ fn read<T: Array + 'static, V>(
 ) -> BTreeMap<(i64, usize), Option<V>> {
     let mut found = BTreeMap::new();
     let component = descriptor(name).component;
-    for chunk in &chunks(bytes, StoreKind::Recording)[ARCS] {
+    for chunk in &chunks(bytes, StoreKind::Recording)["/world/arcs"] {
         let frames = chunk.iter_component_indices("frame".into(), component);
         let rows = chunk.components().get(component).map(|c| &c.list_array);
         for ((frame, _), row) in frames.zip(rows.into_iter().flat_map(|rows| rows.iter())) {

@@ -1,31 +1,24 @@
 //! A curve over one key.
 
-use super::super::style::{CONTACT, UNIDENTIFIED};
-use super::Picture;
 use super::drawing::{Drawing, HEIGHT, WIDTH, ticks};
-use super::marks::{self, BEST, CONFIGURED};
-use crate::tools::sweep::Sweep;
-use crate::tools::sweep::columns::Column;
+use super::picture::{BEST, CONFIGURED, Picture, best, range};
+use crate::observe::drawing::{Column, Grid};
+use crate::observe::recording::style::{CONTACT, UNIDENTIFIED};
 
 /// Values that are written at the left.
 const LEVELS: usize = 5;
 
-/// The curve of a column over a key.
-pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Picture> {
-    let known = sweep.grid.axes().get(axis)?;
-    let mut points: Vec<(f64, Option<f64>)> = sweep
-        .cells
-        .iter()
-        .filter_map(|cell| {
-            let value = *sweep.grid.values(cell.index).get(axis)?;
-            let score = cell.score.as_ref().ok();
-            Some((value, score.and_then(|score| (column.of)(score))))
-        })
-        .collect();
+/// The curve of a column over the only key.
+pub fn draw(grid: &Grid, column: usize) -> Option<Picture> {
+    let (axis, known) = (grid.axes.first()?, grid.columns.get(column)?);
+    let points = grid.cells.iter().filter_map(|cell| {
+        let value = *axis.values.get(*cell.places.first()?)?;
+        let number = cell.numbers.as_ref().and_then(|all| *all.get(column)?);
+        Some((value, number))
+    });
+    let mut points: Vec<(f64, Option<f64>)> = points.collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let numbers = || points.iter().filter_map(|(_, number)| *number);
-    let low = numbers().fold(f64::INFINITY, f64::min);
-    let high = numbers().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(points.iter().filter_map(|(_, number)| *number));
     let (first, last) = (points.first()?.0, points.last()?.0);
     let along = |value: f64| WIDTH * ((value - first) / (last - first)) as f32;
     let up = |number: f64| {
@@ -39,10 +32,9 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
     let upright = |drawing: &mut Drawing, value, top, color| {
         drawing.line(vec![[along(value), top], [along(value), HEIGHT]], color);
     };
-    let best: Vec<f64> = marks::best(sweep, [axis])
-        .into_iter()
-        .filter_map(|[place]| known.values.get(place).copied())
-        .collect();
+    let best = best(grid, [0]).into_iter();
+    let best = best.filter_map(|[place]| axis.values.get(place).copied());
+    let best: Vec<f64> = best.collect();
     for value in &best {
         upright(&mut drawing, *value, 0.0, BEST);
     }
@@ -53,17 +45,16 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
         };
         drawing.text([along(*value), -8.0], format!("best {value}{others}"));
     }
-    let configured = sweep.configured.values.get(axis).copied().flatten();
-    if let Some(value) = configured.filter(|value| (first..=last).contains(value)) {
+    let within = |value: &f64| (first..=last).contains(value);
+    if let Some(value) = axis.configured.filter(within) {
         upright(&mut drawing, value, -18.0, CONFIGURED);
         drawing.text([along(value), -26.0], format!("configured {value}"));
     }
     // What could not be replayed leaves a gap.
     for part in points.split(|(_, number)| number.is_none()) {
-        let part: Vec<[f32; 2]> = part
-            .iter()
-            .filter_map(|(value, number)| Some([along(*value), up((*number)?)]))
-            .collect();
+        let part = part.iter();
+        let part = part.filter_map(|(value, number)| Some([along(*value), up((*number)?)]));
+        let part: Vec<[f32; 2]> = part.collect();
         for at in &part {
             drawing.dot(*at, CONTACT);
         }
@@ -75,20 +66,16 @@ pub fn draw(sweep: &Sweep, axis: usize, column: &'static Column) -> Option<Pictu
     for (x, value) in ticks(ticks_of, true) {
         drawing.text([x, HEIGHT + 12.0], value.to_string());
     }
-    drawing.text([WIDTH / 2.0, HEIGHT + 32.0], super::layout::name(known));
+    drawing.text([WIDTH / 2.0, HEIGHT + 32.0], axis.name.clone());
     let levels = if high > low { LEVELS } else { 1 };
-    let decimals = decimals(column, (high - low) / (LEVELS - 1) as f64);
+    let decimals = decimals(known, (high - low) / (LEVELS - 1) as f64);
     for level in 0..levels {
         let share = level as f64 / (LEVELS - 1) as f64;
         let number = low + share * (high - low);
-        let text = format!("{:.decimals$}", number * column.scale);
+        let text = format!("{:.decimals$}", number * known.scale);
         drawing.text_before([-4.0, up(number)], text);
     }
-    Some(Picture {
-        title: super::layout::title(column, low, high),
-        is_flat: high <= low,
-        drawing,
-    })
+    Some(Picture::new(known, [low, high], drawing))
 }
 
 /// How many decimals tell levels apart that are so far from each other, a column's own at the least.
@@ -106,15 +93,18 @@ fn decimals(column: &Column, apart: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tools::sweep::columns;
 
     #[test]
     fn levels_that_differ_are_written_differently() {
-        let column = columns::columns(false).find(|column| column.name == "suspect_share");
-        let column = column.unwrap();
         // A share of 0 to 0.2 %, told in percent with one decimal.
-        assert_eq!(decimals(column, 0.0005), 2);
-        assert_eq!(decimals(column, 0.05), 1);
-        assert_eq!(decimals(column, 0.0), 1);
+        let column = Column {
+            heading: "suspect %".to_owned(),
+            low_is_better: true,
+            decimals: 1,
+            scale: 100.0,
+        };
+        assert_eq!(decimals(&column, 0.0005), 2);
+        assert_eq!(decimals(&column, 0.05), 1);
+        assert_eq!(decimals(&column, 0.0), 1);
     }
 }

@@ -1,13 +1,10 @@
 //! Lines, dots, texts and an image in a plane whose y points down.
 
-use std::io::Write;
-
 use rerun::{Color, Image, LineStrips2D, Points2D};
 
-use super::super::Error;
-use super::super::encode::RrdWriter;
-use super::super::style::ui;
-use super::super::table::put_static;
+use crate::observe::recording::canvas::Canvas;
+use crate::observe::recording::entity::ui;
+use crate::observe::viewer::Error;
 
 /// Width of what is drawn, in its own units.
 pub const WIDTH: f32 = 300.0;
@@ -82,24 +79,24 @@ impl Drawing {
     }
 
     /// Writes it to an entity.
-    pub fn put<W: Write>(&self, entity: &str, out: &mut RrdWriter<W>) -> Result<(), Error> {
+    pub fn put(&self, entity: &str, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         if let Some((pixels, resolution)) = &self.image {
             let image = Image::from_rgb24(pixels.clone(), *resolution).with_draw_order(-1.0);
-            put_static(format!("{entity}/cells"), &image, out)?;
+            canvas.put(format!("{entity}/cells"), &image)?;
         }
         if !self.strips.is_empty() {
             let lines = LineStrips2D::new(self.strips.iter().map(|(points, _)| points.clone()))
                 .with_colors(self.strips.iter().map(|(_, color)| *color))
                 .with_radii([ui(1.5)])
                 .with_draw_order(1.0);
-            put_static(format!("{entity}/lines"), &lines, out)?;
+            canvas.put(format!("{entity}/lines"), &lines)?;
         }
         if !self.dots.is_empty() {
             let dots = Points2D::new(self.dots.iter().map(|(at, _)| *at))
                 .with_colors(self.dots.iter().map(|(_, color)| *color))
                 .with_radii([ui(3.5)])
                 .with_draw_order(2.0);
-            put_static(format!("{entity}/dots"), &dots, out)?;
+            canvas.put(format!("{entity}/dots"), &dots)?;
         }
         for (name, texts, shown, size) in [
             ("texts", &self.texts, true, 0.1),
@@ -112,7 +109,7 @@ impl Drawing {
                     .with_colors([TEXT])
                     .with_radii([ui(size)])
                     .with_draw_order(3.0);
-                put_static(format!("{entity}/{name}"), &points, out)?;
+                canvas.put(format!("{entity}/{name}"), &points)?;
             }
         }
         Ok(())

@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 
 use rerun::TextDocument;
 
-use crate::tools::sweep::columns::Column;
-use crate::tools::sweep::{Axis, Sweep, conclusion};
+use crate::observe::drawing::Grid;
 
 /// Cells in the table.
 const ROWS: usize = 20;
@@ -13,67 +12,44 @@ const ROWS: usize = 20;
 const WIDTH: usize = 72;
 const GAP: usize = 2;
 
-/// The page; `columns` are those that are drawn.
-pub fn page(sweep: &Sweep, columns: &[&'static Column]) -> TextDocument {
-    let mut text = format!("# Sweep of {}\n\n", sweep.file);
-    // Writing into a string cannot fail.
-    for line in conclusion::text(sweep).lines() {
-        let _ = writeln!(text, "{}  ", line.trim_start());
-    }
-    for note in &sweep.notes {
-        let _ = writeln!(text, "\nNote: {note}");
-    }
-    text.push('\n');
-    text.push_str(&table(sweep, columns));
-    let shown = sweep.cells.len().min(ROWS);
-    let failed = match sweep.failed() {
+pub fn page(grid: &Grid) -> TextDocument {
+    let failed = grid.cells.iter().filter(|cell| cell.numbers.is_none());
+    let failed = match failed.count() {
         0 => String::new(),
         n => format!("; {n} could not be replayed"),
     };
-    let _ = write!(
-        text,
-        "\n{} of {} cells, the best first, {}{failed}. `--csv` has all of them with every column.\n\n{HOW_TO_READ}",
-        shown,
-        sweep.cells.len(),
-        if sweep.with_truth {
-            "by the truth"
-        } else {
-            "without the truth"
-        },
-    );
-    TextDocument::from_markdown(text)
+    TextDocument::from_markdown(format!(
+        "# Sweep of {}\n\n{}\n{}\n{} of {} cells, the best first, {}{failed}. `--csv` has all of them with every \
+         column.\n\n{HOW_TO_READ}",
+        grid.file,
+        grid.conclusion,
+        table(grid),
+        grid.cells.len().min(ROWS),
+        grid.cells.len(),
+        grid.ranked_by,
+    ))
 }
 
 /// The best cells, in as many columns as have room: first the keys, then what cells are ranked by.
-fn table(sweep: &Sweep, columns: &[&'static Column]) -> String {
-    let axes: Vec<(usize, &Axis)> = sweep
-        .grid
-        .axes()
-        .iter()
-        .enumerate()
-        .filter(|(_, axis)| axis.values.len() > 1)
-        .collect();
+fn table(grid: &Grid) -> String {
     // A name with a bar would end its column.
-    let heads = axes
-        .iter()
-        .map(|(_, axis)| axis.heading().replace('|', "/"));
-    let heads = heads.chain(columns.iter().map(|c| c.heading().to_owned()));
+    let keys = grid.axes.iter().map(|axis| axis.heading.replace('|', "/"));
+    let heads = keys.chain(grid.columns.iter().map(|column| column.heading.clone()));
     let mut rows = vec![heads.collect::<Vec<String>>()];
-    for cell in sweep.cells.iter().take(ROWS) {
-        let Ok(score) = &cell.score else { break };
-        let values = sweep.grid.values(cell.index);
-        let values = axes.iter().filter_map(|(place, _)| values.get(*place));
+    for cell in grid.cells.iter().take(ROWS) {
+        let Some(numbers) = &cell.numbers else { break };
+        let values = grid.axes.iter().zip(&cell.places);
+        let values = values.filter_map(|(axis, place)| axis.values.get(*place));
         let values = values.map(ToString::to_string);
-        rows.push(
-            values
-                .chain(columns.iter().map(|c| c.text(score)))
-                .collect(),
-        );
+        let numbers = grid.columns.iter().zip(numbers);
+        let numbers = numbers.map(|(column, number)| column.text(*number));
+        rows.push(values.chain(numbers).collect());
     }
     let fitting = fitting(&rows);
     let mut text = String::new();
     for (place, row) in rows.iter().enumerate() {
         let cells = row.get(..fitting).unwrap_or(row);
+        // Writing into a string cannot fail.
         let _ = writeln!(text, "| {} |", cells.join(" | "));
         if place == 0 {
             let _ = writeln!(text, "|{}", " ---: |".repeat(cells.len()));

@@ -1,32 +1,55 @@
-use std::path::Path;
-
 use rerun::external::re_sdk_types::blueprint::archetypes::ContainerBlueprint;
 use rerun::{Points2D, StoreKind};
 
-use crate::core::config::Config;
+use crate::observe::drawing::{Axis, Cell, Column, Grid};
 use crate::observe::recording::tests::chunks;
-use crate::tools::sweep::{Axis, Grid, Plan, Sweep, TruthSource};
 
-/// A sweep of a sample.
-pub fn sweep(axes: &[(&str, &str)]) -> Sweep {
-    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_logs/room_step.mcap");
-    let axes = axes
-        .iter()
-        .map(|(key, spec)| Axis::parse(key, spec).unwrap());
-    let plan = Plan {
-        log: &log,
-        config: &Config::default(),
-        grid: Grid::new(axes.collect()).unwrap(),
-        truth: TruthSource::None,
-        threads: 1,
-        sort: None,
+/// A grid over some keys whose number is the sum of its values along all of them but `alpha` and `beta`.
+pub fn grid(axes: &[(&str, &[f64])]) -> Grid {
+    let axis = |(key, values): &(&str, &[f64])| Axis {
+        short: (*key).to_owned(),
+        name: (*key).to_owned(),
+        heading: (*key).to_owned(),
+        values: values.to_vec(),
+        configured: None,
     };
-    plan.run(&|| ()).unwrap()
+    let mut places: Vec<Vec<usize>> = vec![Vec::new()];
+    for (_, values) in axes {
+        let longer = |place: &Vec<usize>| {
+            let place = place.clone();
+            (0..values.len()).map(move |next| [place.as_slice(), &[next]].concat())
+        };
+        places = places.iter().flat_map(longer).collect();
+    }
+    let number = |places: &[usize]| -> f64 {
+        let told = axes.iter().zip(places);
+        let told = told.filter(|((key, _), _)| !["alpha", "beta"].contains(key));
+        told.map(|((_, values), place)| values[*place]).sum()
+    };
+    let cells = places.into_iter().map(|places| Cell {
+        numbers: Some(vec![Some(number(&places))]),
+        places,
+    });
+    Grid {
+        file: "log.mcap".to_owned(),
+        content: Vec::new(),
+        conclusion: String::new(),
+        ranked_by: "without the truth",
+        axes: axes.iter().map(axis).collect(),
+        columns: vec![Column {
+            heading: "bits".to_owned(),
+            low_is_better: true,
+            decimals: 3,
+            scale: 1.0,
+        }],
+        cells: cells.collect(),
+        best: 1,
+    }
 }
 
-fn written(sweep: &Sweep) -> Vec<u8> {
+fn written(grid: &Grid) -> Vec<u8> {
     let mut bytes = Vec::new();
-    super::write(&mut bytes, sweep).unwrap();
+    super::write_grid(&mut bytes, grid).unwrap();
     bytes
 }
 
@@ -52,14 +75,13 @@ fn texts(
 
 #[test]
 fn every_tab_is_named_by_its_keys_and_those_that_tell_nothing_come_last() {
-    // Under the noise-aware rule nothing depends on alpha and beta.
-    let sweep = sweep(&[
-        ("triple.alpha", "0.4,0.5"),
-        ("triple.beta", "2,3"),
-        ("frames.step", "0.1,0.5"),
+    let grid = grid(&[
+        ("alpha", &[0.4, 0.5]),
+        ("beta", &[2.0, 3.0]),
+        ("step", &[0.1, 0.5]),
     ]);
     let names = texts(
-        &written(&sweep),
+        &written(&grid),
         StoreKind::Blueprint,
         "/container/",
         ContainerBlueprint::descriptor_display_name().component,
@@ -70,15 +92,16 @@ fn every_tab_is_named_by_its_keys_and_those_that_tell_nothing_come_last() {
 #[test]
 fn numbers_without_room_are_read_by_pointing_at_them() {
     let labels = Points2D::descriptor_labels().component;
-    let of = |sweep: &Sweep, name: &str| {
+    let of = |grid: &Grid, name: &str| {
         let entity = format!("/pictures/0/{name}");
-        texts(&written(sweep), StoreKind::Recording, &entity, labels)
+        texts(&written(grid), StoreKind::Recording, &entity, labels)
     };
-    let few = sweep(&[("triple.alpha", "0.4,0.5"), ("triple.gamma", "6,10")]);
+    let few = grid(&[("step", &[0.4, 0.5]), ("gamma", &[6.0, 10.0])]);
     assert_eq!(of(&few, "values").len(), 0);
     // Four cells, two values on each side and two keys.
     assert_eq!(of(&few, "texts").len(), 10);
-    let wide = sweep(&[("triple.alpha", "0.3:0.7:0.04"), ("triple.gamma", "6,8")]);
+    let steps: Vec<f64> = (0..11).map(|n| 0.3 + 0.04 * f64::from(n)).collect();
+    let wide = grid(&[("step", &steps), ("gamma", &[6.0, 8.0])]);
     assert_eq!(of(&wide, "values").len(), 22);
     assert!(of(&wide, "texts").len() < 2 + 11 + 2);
 }

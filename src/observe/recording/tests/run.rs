@@ -14,7 +14,8 @@ use crate::core::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::core::observer::{Observer as _, Setting, Source};
 use crate::core::tmam::Tmam;
 use crate::core::tmam::triple::Verdict;
-use crate::observe::recording::{Overlay, Recording};
+use crate::observe::drawing::Overlay;
+use crate::observe::recording::Recording;
 
 /// The room of the paper's Table I.
 const ROOM: [[f64; 2]; 6] = [
@@ -131,7 +132,8 @@ pub fn record_under(
         start: Vec2::zeros(),
     };
     let mut tmam = Tmam::new(&config);
-    let mut recording = Recording::overlaid(Vec::new(), setting, overlay).unwrap();
+    let mut bytes = Vec::new();
+    let mut recording = Recording::new(Some(&mut bytes), None, setting, overlay).unwrap();
     let mut verdicts = Vec::new();
     for frame in frames {
         let step = tmam.step(frame);
@@ -141,7 +143,8 @@ pub fn record_under(
     let step = tmam.finish();
     verdicts.extend_from_slice(&step.verdicts);
     recording.finish(&step).unwrap();
-    (recording.close(None).unwrap().0, verdicts)
+    recording.close(None).unwrap();
+    (bytes, verdicts)
 }
 
 /// The chunks of a file by entity, in file order, of one kind of store.

@@ -4,15 +4,15 @@ use std::io::Cursor;
 use rerun::log::Chunk;
 use rerun::{LineStrips2D, StoreKind};
 
-use super::super::Recording;
-use super::super::tests::chunks;
-use super::*;
+use super::chunks;
 use crate::core::config::{Config, Rule};
 use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log::read_with_truth_in;
-use crate::tools::evaluate::evaluate;
+use crate::observe::recording::Recording;
+use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
+use crate::tools::evaluate::{Truth, evaluate};
 use crate::tools::simulate::{Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise};
 
 fn room() -> Vec<u8> {
@@ -59,15 +59,13 @@ fn every_wrong_label_is_marked_in_its_frame_and_every_feature_too_many_at_the_en
     let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
     let (outcome, evaluation) = evaluate(&replay, &truth).unwrap();
     let record = || {
-        let evaluated = Evaluated {
-            truth: &truth,
-            evaluation: &evaluation,
-            map: &outcome.map,
-        };
-        let mut recording =
-            Recording::of_evaluated(Vec::new(), replay.setting(), evaluated).unwrap();
+        let setting = replay.setting();
+        let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
+        let mut bytes = Vec::new();
+        let mut recording = Recording::new(Some(&mut bytes), None, setting, overlay).unwrap();
         replay.run(&mut [&mut recording]).unwrap();
-        recording.close(None).unwrap().0
+        recording.close(None).unwrap();
+        bytes
     };
     let bytes = record();
     assert_eq!(bytes, record(), "the same bytes every time");
