@@ -123,7 +123,10 @@ fn put_together(
     let mut lost = notes::on_losses(losses, &channels);
     lost.append(&mut odometry.losses);
     lost.extend(without_pose(&odometry));
+    let frames = gathered.transforms.frames().into_iter();
+    let frames = frames.map(str::to_owned).collect();
     let placing = Placing {
+        frames: &frames,
         file: &file,
         odometry_topic: &odometry.topic,
         world_frame: &odometry.world_frame,

@@ -1,6 +1,6 @@
 //! How much of a log is held in memory.
 
-use super::LogError;
+use super::error::LogError;
 use super::message::Content;
 use crate::core::config::{Config, Input};
 

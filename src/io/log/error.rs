@@ -308,7 +308,7 @@ pub struct MissingMount {
     /// What stands in the way.
     pub why: String,
     /// Every frame of the transform tree.
-    pub frames: Vec<String>,
+    pub frames: std::sync::Arc<[String]>,
 }
 
 /// Points of a sonar ring, without the mounts of its sonars.

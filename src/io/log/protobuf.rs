@@ -406,7 +406,7 @@ mod tests {
             Value::Int(8),
             Value::Int(-2),
             Value::List(vec![Value::Int(1), Value::Int(0)]),
-            Value::Message,
+            Value::Time(8),
             Value::List(vec![Value::Nothing, Value::Time(9_000_000_000)]),
         ];
         assert_eq!(decoder.decode(&message).unwrap(), expected);

@@ -56,8 +56,6 @@ enum Take {
     Nothing,
     /// It itself.
     Whole(Vec<usize>),
-    /// The time that it is.
-    Time(Vec<usize>),
     /// That it is there, for the first, and what is in it, for all.
     Inside(Vec<usize>, Plan, Vec<usize>),
 }
@@ -115,10 +113,7 @@ impl Plan {
             let slots: Vec<usize> = itself.into_iter().map(|(slot, _)| slot).collect();
             match &field.element {
                 _ if slots.is_empty() && inside.is_empty() => Take::Nothing,
-                Element::Nested(layout) if inside.is_empty() && is_time(layout) => {
-                    Take::Time(slots)
-                }
-                Element::Nested(layout) => {
+                Element::Nested(layout) if !inside.is_empty() => {
                     let mut all = slots.clone();
                     all.extend(inside.iter().map(|(slot, _)| *slot));
                     Take::Inside(slots, Self::new(layout, &inside), all)
@@ -162,11 +157,7 @@ impl<'m> Reader<'m> {
             match take {
                 Take::Nothing => self.skip(field)?,
                 Take::Whole(slots) => {
-                    let value = self.many(field, &mut |reader| reader.one(&field.element))?;
-                    put(out, slots, &value);
-                }
-                Take::Time(slots) => {
-                    let value = self.many(field, &mut |reader| reader.time(&field.element))?;
+                    let value = self.whole(field)?;
                     put(out, slots, &value);
                 }
                 Take::Inside(slots, plan, _) if field.count == Count::One => {
@@ -207,28 +198,20 @@ impl<'m> Reader<'m> {
     }
 
     /// One value, or an array of them.
-    fn many(
-        &mut self,
-        field: &Field,
-        one: &mut dyn FnMut(&mut Self) -> Result<Value<'m>, RosError>,
-    ) -> Result<Value<'m>, RosError> {
+    fn whole(&mut self, field: &Field) -> Result<Value<'m>, RosError> {
         if field.count == Count::One {
-            return one(self);
+            return self.one(&field.element);
         }
         let count = self.count(field)?;
-        match field.element {
-            Element::Number(Number::U8) => Ok(Value::Bytes(self.take(count)?)),
-            Element::Number(number) => {
-                let mut numbers = Vec::with_capacity(count);
-                for _ in 0..count {
-                    numbers.extend(self.number(number)?.as_number());
-                }
-                Ok(Value::Numbers(numbers))
-            }
-            _ => Ok(Value::List(
-                (0..count).map(|_| one(self)).collect::<Result<_, _>>()?,
-            )),
+        if let Element::Number(Number::U8) = field.element {
+            return Ok(Value::Bytes(self.take(count)?));
         }
+        let items = (0..count).map(|_| self.one(&field.element));
+        if let Element::Number(_) = field.element {
+            let numbers = items.map(|item| Ok(item?.as_number().unwrap_or(f64::NAN)));
+            return Ok(Value::Numbers(numbers.collect::<Result<_, RosError>>()?));
+        }
+        Ok(Value::List(items.collect::<Result<_, _>>()?))
     }
 
     fn one(&mut self, element: &Element) -> Result<Value<'m>, RosError> {
@@ -236,6 +219,7 @@ impl<'m> Reader<'m> {
             Element::Number(number) => self.number(*number),
             Element::Text => Ok(Value::Text(self.text()?)),
             Element::WideText => Err(RosError::WideText),
+            Element::Nested(layout) if is_time(layout) => self.time(layout),
             Element::Nested(layout) => {
                 self.skip_message(layout)?;
                 Ok(Value::Message)
@@ -243,19 +227,15 @@ impl<'m> Reader<'m> {
         }
     }
 
-    fn time(&mut self, element: &Element) -> Result<Value<'m>, RosError> {
+    fn time(&mut self, layout: &Layout) -> Result<Value<'m>, RosError> {
         let (mut seconds, mut nanoseconds) = (0, 0);
-        if let Element::Nested(layout) = element {
-            for (name, field) in &layout.fields {
-                let part = match &**name {
-                    name if SECONDS.contains(&name) => &mut seconds,
-                    name if NANOSECONDS.contains(&name) => &mut nanoseconds,
-                    _ => {
-                        self.skip(field)?;
-                        continue;
-                    }
-                };
-                *part = self.one(&field.element)?.as_integer().unwrap_or(0);
+        for (name, field) in &layout.fields {
+            if SECONDS.contains(&&**name) {
+                seconds = self.one(&field.element)?.as_integer().unwrap_or(0);
+            } else if NANOSECONDS.contains(&&**name) {
+                nanoseconds = self.one(&field.element)?.as_integer().unwrap_or(0);
+            } else {
+                self.skip(field)?;
             }
         }
         Ok(Value::Time(time_of(seconds, nanoseconds)))
@@ -460,7 +440,7 @@ mod tests {
         for big_endian in [false, true] {
             let mut message = vec![0, u8::from(!big_endian), 0, 0];
             let put = |message: &mut Vec<u8>, bytes: &[u8]| {
-                while (message.len() - 4) % bytes.len() != 0 {
+                while !(message.len() - 4).is_multiple_of(bytes.len()) {
                     message.push(0xee);
                 }
                 let start = message.len();

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -85,8 +86,9 @@ pub struct Placing<'a> {
     pub world_frame: &'a str,
     /// Frame that the odometry moves; empty where it does not say it.
     pub robot_frame: &'a str,
-    /// All transforms of the log.
     pub transforms: &'a TransformTree,
+    /// All frames of the transforms.
+    pub frames: &'a Arc<[String]>,
     /// What the user knows of sonars.
     pub config: &'a Config,
 }
@@ -106,7 +108,6 @@ pub struct Placed {
 #[derive(Debug)]
 pub struct LeftOut {
     sonar: String,
-    index: usize,
     readings: u64,
     /// What is missing.
     pub why: LogError,
@@ -189,34 +190,28 @@ impl Placing<'_> {
         if sonars.is_empty() && !left_out.is_empty() {
             return Err(left_out.swap_remove(0).1);
         }
-        let mut left_out: Vec<LeftOut> = left_out
-            .into_iter()
-            .filter_map(|(index, why)| {
-                Some(LeftOut {
-                    sonar: named.get(index)?.name.clone(),
-                    index,
-                    readings: 0,
-                    why,
-                })
-            })
-            .collect();
         let mut widths = vec![0_u64; named.len()];
+        let mut unplaced = vec![0_u64; named.len()];
         readings.retain_mut(|reading| {
             let index = reading.sonar.index();
             match (named.get(index), ids.get(index), widths.get_mut(index)) {
                 (Some(sonar), Some(Some(id)), Some(lacking)) => {
                     reading.sonar = *id;
                     *lacking += u64::from(self.complete(sonar, reading));
-                    true
+                    return true;
                 }
-                _ => {
-                    if let Some(sonar) = left_out.iter_mut().find(|sonar| sonar.index == index) {
-                        sonar.readings += 1;
-                    }
-                    false
-                }
+                _ => unplaced.get_mut(index).into_iter().for_each(|n| *n += 1),
             }
+            false
         });
+        let left_out = left_out.into_iter().filter_map(|(index, why)| {
+            Some(LeftOut {
+                sonar: named.get(index)?.name.clone(),
+                readings: *unplaced.get(index)?,
+                why,
+            })
+        });
+        let left_out = left_out.collect();
         let placed: Vec<&Named<'_>> = mounts.iter().map(|(sonar, _)| *sonar).collect();
         notes.extend(on_missing_widths(&named, &widths));
         notes.extend(on_senseless_widths(&placed, self));
@@ -318,12 +313,7 @@ impl Placing<'_> {
                 frame: source.key.frame.clone(),
                 robot_frame: robot_frame.to_owned(),
                 why: self.explain(why, &source.key.frame, robot_frame),
-                frames: self
-                    .transforms
-                    .frames()
-                    .into_iter()
-                    .map(Into::into)
-                    .collect(),
+                frames: Arc::clone(self.frames),
             }))
         })
     }
@@ -447,48 +437,42 @@ pub const TOO_WIDE: &str = "wider than any sonar's";
 
 /// Mounts that are not what they are taken for.
 fn on_mounts(mounts: &[(&Named<'_>, Mount)]) -> Vec<String> {
-    let of = |test: &dyn Fn(&(&Named<'_>, Mount)) -> bool| {
-        let some = mounts.iter().filter(|mount| test(mount));
-        some.map(|(sonar, _)| *sonar).collect::<Vec<_>>()
+    let of = |test: &dyn Fn(&Named<'_>, &Mount) -> bool| -> Vec<&Named<'_>> {
+        let some = mounts.iter().filter(|(sonar, mount)| test(sonar, mount));
+        some.map(|(sonar, _)| *sonar).collect()
     };
-    let mut notes = Vec::new();
-    let tilted = of(&|(_, mount)| mount.tilt.is_some());
+    let told = |sonars: Vec<&Named<'_>>, one: &str, many: &str| match sonars.len() {
+        0 => None,
+        1 => Some(one.replace("{}", &which(&sonars))),
+        _ => Some(many.replace("{}", &which(&sonars))),
+    };
     let tilts = mounts.iter().filter_map(|(_, mount)| mount.tilt);
-    let most = tilts.max_by(|a, b| a.abs().total_cmp(&b.abs()));
-    if let Some(most) = most {
-        let (is, its, upto) = match tilted.len() {
-            1 => ("is", "its mount is projected and its", ""),
-            _ => ("are", "their mounts are projected and their", "up to "),
-        };
-        notes.push(format!(
-            "{} {is} tilted {upto}{:.1} deg out of the plane; {its} ranges are taken as they are",
-            which(&tilted),
-            most.to_degrees()
-        ));
-    }
-    let moved = of(&|(_, mount)| mount.moved);
-    if !moved.is_empty() {
-        let (mounts, first) = match moved.len() {
-            1 => ("mount", "moves on /tf; its first pose is"),
-            _ => ("mounts", "move on /tf; their first poses are"),
-        };
-        notes.push(format!(
-            "the {mounts} of {} {first} taken for the whole log",
-            which(&moved)
-        ));
-    }
-    let turned = of(&|(sonar, _)| sonar.source.turned);
-    if !turned.is_empty() {
-        let (beams, first) = match turned.len() {
-            1 => ("beam", "turns in its messages; its first bearing is"),
-            _ => ("beams", "turn in their messages; their first bearings are"),
-        };
-        notes.push(format!(
-            "the {beams} of {} {first} taken for the whole log",
-            which(&turned)
-        ));
-    }
-    notes
+    let most = tilts
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0);
+    let most = format!("{:.1} deg out of the plane", most.to_degrees());
+    let notes = [
+        told(
+            of(&|_, mount| mount.tilt.is_some()),
+            &format!(
+                "{{}} is tilted {most}; its mount is projected and its ranges are taken as they are"
+            ),
+            &format!(
+                "{{}} are tilted up to {most}; their mounts are projected and their ranges are taken as they are"
+            ),
+        ),
+        told(
+            of(&|_, mount| mount.moved),
+            "the mount of {} moves on /tf; its first pose is taken for the whole log",
+            "the mounts of {} move on /tf; their first poses are taken for the whole log",
+        ),
+        told(
+            of(&|sonar, _| sonar.source.turned),
+            "the beam of {} turns in its messages; its first bearing is taken for the whole log",
+            "the beams of {} turn in their messages; their first bearings are taken for the whole log",
+        ),
+    ];
+    notes.into_iter().flatten().collect()
 }
 
 /// Readings without beam width, of sonars whose other readings have one; `lacking` counts them sonar by

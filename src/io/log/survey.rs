@@ -11,11 +11,12 @@ use super::assemble::assemble;
 use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
 use super::clock::{ChannelClock, Clocks};
-use super::container::Loss;
+use super::container::{self, Loss};
+use super::error::LogError;
 use super::gather::{Gatherer, STAND_IN};
-use super::message::Content;
+use super::message::{Content, Role};
 use super::read::{file_name, length, unchecked};
-use super::{ClockSet, LogError, Role, container};
+use super::stamps::ClockSet;
 use crate::core::config::{Config, SonarOverride};
 use crate::core::log::Log;
 

@@ -1,6 +1,6 @@
 //! What is wrong with the file, its channels and their clocks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Finding, Info, Weight, names};
 use crate::core::wording::counted_with;
@@ -51,9 +51,13 @@ pub fn channels(info: &Info, findings: &mut Vec<Finding>) {
 /// What of the file could not be read.
 pub fn losses(info: &Info, findings: &mut Vec<Finding>) {
     // Of channels that are not read, there is a finding of their own.
+    let unread = info.channels.iter().filter(|c| c.is_unreadable());
+    let unread: BTreeSet<&str> = unread.map(|channel| channel.topic.as_str()).collect();
     let of_channel = |loss: &str| {
-        let mut unread = info.channels.iter().filter(|c| c.is_unreadable());
-        unread.any(|channel| loss.starts_with(&format!("{}, ", channel.topic)))
+        let mut starts = loss
+            .match_indices(", ")
+            .filter_map(|(end, _)| loss.get(..end));
+        starts.any(|start| unread.contains(start))
     };
     let losses: Vec<&String> = (info.losses.iter())
         .filter(|loss| !of_channel(loss))

@@ -130,7 +130,7 @@ fn mounts(
         return;
     };
     let sonars: Vec<&str> = missing.iter().map(|m| m.sonar.as_str()).collect();
-    let frames = match first.frames.as_slice() {
+    let frames = match &*first.frames {
         [] => "the log has no transforms".to_owned(),
         frames => format!(
             "frames with a transform: {}",
