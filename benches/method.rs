@@ -59,7 +59,11 @@ fn opinion(bencher: Bencher<'_, '_>, readings: u32) {
 #[divan::bench(args = [false, true])]
 fn fit_of_a_run(bencher: Bencher<'_, '_>, corner: bool) {
     let arcs = arcs(12, corner);
-    let demands = FitOptions::of(&Config::default(), &Gate::new(6.63));
+    let demands = FitOptions {
+        converge: true,
+        misfits: Some(Gate::new(6.63)),
+        mirrored: Some(13.0),
+    };
     bencher.bench_local(|| {
         let arcs = black_box(&arcs);
         if corner {

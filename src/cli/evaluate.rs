@@ -7,7 +7,8 @@ use super::parameters::Parameters;
 use super::simulate::read_world;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
-use crate::core::replay::Replay;
+use crate::core::observer::Kept;
+use crate::core::replay::{Replay, ReplayError};
 use crate::core::world::World;
 use crate::io::log;
 use crate::io::outputs::{Requested, Written};
@@ -16,8 +17,8 @@ use crate::observe::report;
 use crate::tools::carried::carried;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::evaluate::{Truth, evaluate, json, text};
-use crate::tools::golden::{Collector, LogInfo};
+use crate::tools::evaluate::{Evaluation, Truth, json, text};
+use crate::tools::golden::LogInfo;
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
 ///
@@ -74,17 +75,22 @@ impl Args {
         };
         let mut outputs = asked.then(|| requested.open(&self.log)).transpose()?;
 
-        let (outcome, evaluation) = evaluate(&replay, &truth)?;
+        let mut kept = Kept::default();
+        let is_recorded = outputs.as_ref().is_some_and(|o| o.recording.is_some());
+        let outcome = if is_recorded {
+            replay.run(&mut [&mut kept])?
+        } else {
+            replay.run(&mut [])?
+        };
+        let evaluation = Evaluation::new(&truth, &outcome);
         let setting = replay.setting();
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {
             if let Some(out) = &mut outputs.recording {
                 let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
                 let mut recording = Recording::new(Some(out), None, setting, overlay)?;
-                let mut collector = Collector::new(setting.sonars);
-                replay.run(&mut [&mut recording, &mut collector])?;
-                let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+                kept.show(&mut recording).map_err(ReplayError::from)?;
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
                 recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {

@@ -15,7 +15,7 @@ use crate::io::output::Output;
 use crate::observe::report;
 use crate::tools::evaluate::Truth;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::explain::{Question, Which, explain, json, suspects, text};
+use crate::tools::explain::{Question, Which, explain, suspects, text, write_json};
 
 /// Tell the whole story of one arc: why it was labelled so, and what would have changed that
 ///
@@ -93,7 +93,7 @@ impl Args {
             let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
             tell(
                 self.json,
-                |out| json::write(out, &setting, &told),
+                |out| write_json(out, "tmam.explanation/1", &setting, &told),
                 || text::text(&setting, &named, &told),
             )?;
             (outcome, true)
@@ -103,8 +103,8 @@ impl Args {
             let (outcome, list) = suspects::list(&replay, &sonars, most)?;
             tell(
                 self.json,
-                |out| json::write_suspects(out, &setting, &list),
-                || text::suspects(&setting, &named, &list),
+                |out| write_json(out, "tmam.suspects/1", &setting, &list),
+                || suspects::text(&setting, &named, &list),
             )?;
             (outcome, list.labels > 0)
         };

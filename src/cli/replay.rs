@@ -15,10 +15,10 @@ use crate::observe::features;
 use crate::observe::progress::Progress;
 use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
-use crate::observe::trace::Trace;
+use crate::observe::trace;
 use crate::observe::viewer::{self, DEFAULT_URL};
 use crate::tools::carried::carried;
-use crate::tools::golden::{Collector, LogInfo};
+use crate::tools::golden::LogInfo;
 
 /// Replay a log: record what was seen and decided, extract features
 ///
@@ -113,25 +113,20 @@ impl Args {
                 let overlay = Overlay::default();
                 recording = Some(Recording::new(file, viewer, setting, overlay)?);
             }
-            let mut collector = recording.as_ref().map(|_| Collector::new(setting.sonars));
-            let mut trace = outputs.trace.as_mut().map(|out| {
-                let path = out.path().to_owned();
-                Trace::new(out, path, setting)
-            });
             let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
-            observers.extend(collector.as_mut().map(|c| c as &mut dyn Observer));
-            observers.extend(trace.as_mut().map(|t| t as &mut dyn Observer));
             let outcome = replay.run(&mut observers)?;
-            if let (Some(recording), Some(collector)) = (recording, collector) {
-                let labels = collector.finish(&outcome).labels.unwrap_or_default();
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log), &labels)?;
+            if let Some(recording) = recording {
+                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
                 lost = recording.close(Some(&carried))?;
             }
             outcome
         };
         if let Some(out) = &mut outputs.features {
             features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
+        }
+        if let Some(out) = &mut outputs.trace {
+            trace::write(&mut *out, setting.sonars, &outcome).map_err(|s| out.failed(s))?;
         }
         let written = outputs.commit()?;
 

@@ -50,11 +50,44 @@ pub trait Observer {
     /// When what it saw cannot be written.
     fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError>;
 
-    /// The end: `step` holds the verdicts and features that waited for a next reading.
+    /// The end: `step` holds the labels and features that waited for a next reading, and a report on
+    /// every arc.
     ///
     /// # Errors
     /// When what it saw cannot be written.
     fn finish(&mut self, step: &Step) -> Result<(), ObserverError>;
+}
+
+/// Keeps what a replay brought about, for an observer that must know first what it comes to.
+#[derive(Debug, Default)]
+pub struct Kept {
+    frames: Vec<(Frame, Step)>,
+    last: Step,
+}
+
+impl Kept {
+    /// Shows all of it.
+    ///
+    /// # Errors
+    /// When what the observer saw cannot be written.
+    pub fn show(&self, observer: &mut dyn Observer) -> Result<(), ObserverError> {
+        for (frame, step) in &self.frames {
+            observer.frame(frame, step)?;
+        }
+        observer.finish(&self.last)
+    }
+}
+
+impl Observer for Kept {
+    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError> {
+        self.frames.push((frame.clone(), step.clone()));
+        Ok(())
+    }
+
+    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
+        self.last = step.clone();
+        Ok(())
+    }
 }
 
 /// Why an observer could not go on; says itself what it could not do.

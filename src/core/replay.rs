@@ -7,18 +7,17 @@ pub use error::ReplayError;
 pub use outcome::Outcome;
 
 use crate::core::config::{Config, Rule, SIGMA_UNKNOWN, Triple};
-use crate::core::event::RangeReading;
+use crate::core::event::{Events, RangeReading};
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::Vec2;
 use crate::core::log::Log;
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
-use crate::core::observer::{Observer, ObserverError, Setting, Source};
+use crate::core::observer::{Observer, Setting, Source};
 use crate::core::odometry::Track;
 use crate::core::pattern::glob_set;
 use crate::core::tmam::Tmam;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::prediction::{MapPrediction, Reach};
-use outcome::associated;
 
 /// A log made ready.
 #[derive(Debug)]
@@ -29,6 +28,8 @@ pub struct Replay<'a> {
     source: Source,
     readings: &'a [RangeReading],
     selected: Vec<bool>,
+    frames: Vec<Frame>,
+    tally: Tally,
 }
 
 impl<'a> Replay<'a> {
@@ -78,40 +79,35 @@ impl<'a> Replay<'a> {
             lost: log.losses.clone(),
             notes: log.told(),
         };
-        let mut replay = Self {
+        let mut config = config.clone();
+        let mut variance_from = VarianceFrom::of(readings.iter().filter(is_selected), &config);
+        // The noise is that of the whole log, so that what is looked at does not change what is seen.
+        let mut whole = None;
+        if variance_from == VarianceFrom::Ranges {
+            let (frames, tally) = framed(&log.events, &config, all, &vec![true; sonars.len()]);
+            let noise = noise_of(&frames, &config).overall();
+            if noise.is_none() {
+                variance_from = VarianceFrom::Nothing;
+            }
+            let of_pose = config.noise.sigma_pose * config.noise.sigma_pose;
+            let sigma = noise.map_or(SIGMA_UNKNOWN, |noise| noise.believed(of_pose));
+            config.noise.sigma_abs = Some(sigma);
+            whole = Some((frames, tally));
+        }
+        let is_whole = readings.len() == all.len() && !selected.contains(&false);
+        let (frames, tally) = whole
+            .filter(|_| is_whole)
+            .unwrap_or_else(|| framed(&log.events, &config, readings, &selected));
+        Ok(Self {
             log,
-            config: config.clone(),
-            variance_from: VarianceFrom::of(readings.iter().filter(is_selected), config),
+            config,
+            variance_from,
             source,
             readings,
             selected,
-        };
-        if replay.variance_from == VarianceFrom::Ranges {
-            let scatter = replay.scattering().overall();
-            if scatter.is_none() {
-                replay.variance_from = VarianceFrom::Nothing;
-            }
-            let of_pose = config.noise.sigma_pose * config.noise.sigma_pose;
-            let sigma = scatter.map_or(SIGMA_UNKNOWN, |scatter| scatter.believed(of_pose));
-            replay.config.noise.sigma_abs = Some(sigma);
-        }
-        Ok(replay)
-    }
-
-    /// How far the ranges scatter: those of the whole log, so that what is looked at does not change
-    /// what is seen.
-    fn scattering(&self) -> NoiseEstimator {
-        let mut scattering = NoiseEstimator::default();
-        let events = &self.log.events;
-        let every = vec![true; events.sonars.len()];
-        // Nothing here can fail.
-        let _ = self.frames_of(&events.readings, &every, |frame| {
-            let arcs = (frame.entries.iter())
-                .filter_map(|entry| Arc::of_entry(frame.index, entry, &self.config.noise));
-            arcs.for_each(|arc| scattering.push(&arc));
-            Ok(())
-        });
-        scattering
+            frames,
+            tally,
+        })
     }
 
     /// What stands fixed before the first frame.
@@ -141,6 +137,11 @@ impl<'a> Replay<'a> {
         self.log
     }
 
+    /// Every frame of them.
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
     /// The readings in the window of the sonars asked for.
     pub fn readings(&self) -> impl Iterator<Item = &'a RangeReading> {
         self.readings
@@ -148,99 +149,56 @@ impl<'a> Replay<'a> {
             .filter(|reading| self.selected.get(reading.sonar.index()) == Some(&true))
     }
 
-    /// Steps the machine over every frame.
+    /// Steps the machine over every frame, once, and shows every step to the observers.
     ///
     /// # Errors
     /// When an observer cannot write, or no frame could be opened.
     pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, ReplayError> {
-        self.run_with_prediction(self.prediction(), observers)
-    }
-
-    /// [`Self::run`] with the prediction that judges the labels.
-    ///
-    /// # Errors
-    /// As [`Self::run`].
-    pub fn run_with_prediction(
-        &self,
-        prediction: MapPrediction,
-        observers: &mut [&mut dyn Observer],
-    ) -> Result<Outcome, ReplayError> {
-        let mut tmam = Tmam::new(&self.config).with_prediction(prediction);
-        let mut outcome = Outcome {
-            variance_from: self.variance_from,
-            ..Outcome::default()
-        };
-        let mut position = None;
-        outcome.tally = self.frames(|frame| {
-            let step = tmam.step(frame);
-            outcome.take(&step);
-            outcome.frames = frame.index + 1;
-            let here = frame.world_from_robot.position();
-            outcome.distance += position
-                .replace(here)
-                .map_or(0.0, |last| (here - last).norm());
-            observers
-                .iter_mut()
-                .try_for_each(|observer| observer.frame(frame, &step))
-        })?;
-        if outcome.frames == 0 {
-            return Err(self.no_frames(&outcome.tally));
+        if self.frames.is_empty() {
+            return Err(self.no_frames());
         }
-        let step = tmam.finish();
-        outcome.take(&step);
-        outcome.map = tmam.map().features().to_vec();
-        outcome.associated_readings = associated(&outcome.extractions);
+        let mut tmam = Tmam::new(&self.config);
+        let mut predicting = match self.config.rule {
+            Rule::NoiseAware => None,
+            Rule::Paper => Some(Tmam::new(&self.noise_aware())),
+        };
+        let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &self.frames);
+        for frame in &self.frames {
+            let step = tmam.step(frame);
+            if let Some(beside) = &mut predicting {
+                beside.step(frame);
+            }
+            outcome.take(&step);
+            for observer in &mut *observers {
+                observer.frame(frame, &step)?;
+            }
+        }
+        let mut step = tmam.finish();
+        if let Some(beside) = &mut predicting {
+            beside.finish();
+        }
+        let map = predicting.as_ref().unwrap_or(&tmam).map();
+        let reach = Reach::of(self.config.map.max_wall_gap);
+        let prediction = MapPrediction::new(map.features(), &reach);
+        for report in &mut step.reports {
+            report.map = Some(prediction.predict(&report.arc));
+        }
         for observer in observers {
             observer.finish(&step)?;
         }
+        outcome.end(step, tmam.map().features(), prediction);
         Ok(outcome)
     }
 
-    /// Hands over every frame, in order.
-    fn frames(
-        &self,
-        take: impl FnMut(&Frame) -> Result<(), ObserverError>,
-    ) -> Result<Tally, ObserverError> {
-        self.frames_of(self.readings, &self.selected, take)
-    }
-
-    fn frames_of(
-        &self,
-        readings: &[RangeReading],
-        selected: &[bool],
-        mut take: impl FnMut(&Frame) -> Result<(), ObserverError>,
-    ) -> Result<Tally, ObserverError> {
-        let events = &self.log.events;
-        let track = Track::new(&events.odometry, &self.config.frames)
-            .with_range_delay(self.config.input.range_delay);
-        let mut framer = Framer::new(track, &events.sonars, selected, &self.config.frames);
-        for reading in readings {
-            if let Some(frame) = framer.push(reading) {
-                take(&frame)?;
-            }
-        }
-        let (last, tally) = framer.finish();
-        last.iter().try_for_each(take)?;
-        Ok(tally)
-    }
-
-    /// The map that the noise-aware rule makes of the whole log, to judge labels by.
-    pub fn prediction(&self) -> MapPrediction {
-        let config = Config {
+    /// The rule whose map predicts what should have echoed, whichever rule labels.
+    fn noise_aware(&self) -> Config {
+        Config {
             rule: Rule::NoiseAware,
             ..self.config.clone()
-        };
-        let mut tmam = Tmam::new(&config);
-        // Nothing here can fail.
-        let _ = self.frames(|frame| {
-            tmam.step(frame);
-            Ok(())
-        });
-        tmam.finish();
-        MapPrediction::new(tmam.map().features(), &Reach::of(config.map.max_wall_gap))
+        }
     }
 
-    fn no_frames(&self, tally: &Tally) -> ReplayError {
+    fn no_frames(&self) -> ReplayError {
         let all = &self.log.events.readings;
         if let (Some(first), Some(last), true) = (all.first(), all.last(), self.readings.is_empty())
         {
@@ -265,9 +223,9 @@ impl<'a> Replay<'a> {
             .map(|s| s.stamp_ns)
             .collect();
         let readings: Vec<i64> = self.readings.iter().map(|r| r.stamp_ns).collect();
-        let gaps = tally.dropped.contains_key("odometry-gap");
+        let gaps = self.tally.dropped.contains_key("odometry-gap");
         ReplayError::NoFrames {
-            readings: tally.readings,
+            readings: self.tally.readings,
             ranges: stamps(&readings),
             samples: odometry.len(),
             odometry: stamps(&odometry),
@@ -278,6 +236,33 @@ impl<'a> Replay<'a> {
             },
         }
     }
+}
+
+/// The frames of these readings, and what became of each reading.
+fn framed(
+    events: &Events,
+    config: &Config,
+    readings: &[RangeReading],
+    selected: &[bool],
+) -> (Vec<Frame>, Tally) {
+    let track = Track::new(&events.odometry, &config.frames);
+    let track = track.with_range_delay(config.input.range_delay);
+    let mut framer = Framer::new(track, &events.sonars, selected, &config.frames);
+    let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
+    let (last, tally) = framer.finish();
+    frames.extend(last);
+    (frames, tally)
+}
+
+/// How far the ranges scatter.
+fn noise_of(frames: &[Frame], config: &Config) -> NoiseEstimator {
+    let mut noise = NoiseEstimator::default();
+    for frame in frames {
+        let arcs = (frame.entries.iter())
+            .filter_map(|entry| Arc::of_entry(frame.index, entry, &config.noise));
+        arcs.for_each(|arc| noise.push(&arc));
+    }
+    noise
 }
 
 /// The readings from `start` to `end` seconds after the first one.

@@ -52,6 +52,7 @@ use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
 use crate::observe::carried::Carried;
@@ -190,8 +191,7 @@ impl<'a> Recording<'a> {
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
             self.hold.push(Held::new(at, frame, step));
-            let arcs = step.arcs.iter().map(|arc| arc.id);
-            self.reports.frame(at, arcs.collect());
+            self.reports.frame(at);
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
@@ -213,9 +213,9 @@ impl<'a> Recording<'a> {
         for (level, text) in std::mem::take(&mut self.opening) {
             canvas.note(at, level, text)?;
         }
-        for verdict in &step.verdicts {
-            self.hold.decide(verdict);
-            *self.labels.entry(verdict.label.name()).or_default() += 1;
+        for report in &step.labelled {
+            self.hold.decide(report);
+            *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
             arcs::draw(&ready, canvas)?;
@@ -223,17 +223,13 @@ impl<'a> Recording<'a> {
         }
         self.closed.note(step, canvas.origin);
         log::tell(at, &step.extractions, canvas)?;
-        for report in &step.judgements {
-            let is_drawn = self.overlay.shows(report.arc.id.frame);
-            self.reports.note(report, is_drawn);
-        }
-        self.reports.draw(canvas)?;
         self.map.draw(at, step, canvas)
     }
 
     /// Writes what waited, what is known only now, and the layout that fits it.
     fn end(&mut self, step: &Step) -> Result<(), Error> {
         let last = self.span.map_or(Moment::new(0, 0), |[_, last]| last);
+        self.reports.draw(&step.reports, &mut self.canvas)?;
         self.take(last, step)?;
         let canvas = &mut self.canvas;
         while let Some(ready) = self.hold.drain() {
@@ -242,20 +238,20 @@ impl<'a> Recording<'a> {
         }
         if self.span.is_some() {
             self.closed.draw(last, canvas)?;
-            let text = self.summary();
+            let text = self.summary(&step.reports);
             self.canvas.note(last, TextLogLevel::INFO, text)?;
         }
         let canvas = &mut self.canvas;
         overlay::finish(&self.overlay, last, canvas)?;
         canvas.flush()?;
-        self.reports.draw_suspects(canvas)?;
+        self.reports.draw_suspects(&step.reports, canvas)?;
         let ends = self.span.as_slice().concat();
         plots::put_last(&self.seen, self.limits, &ends, canvas)?;
         let layout = self.layout();
         blueprint::put(&layout, &mut self.canvas)
     }
 
-    fn summary(&self) -> String {
+    fn summary(&self, reports: &[ArcReport]) -> String {
         let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
         let [walls, points, tentative] = self.map.counts();
         format!(
@@ -265,7 +261,7 @@ impl<'a> Recording<'a> {
             arcs("contact"),
             arcs("intersection"),
             arcs("unidentified"),
-            self.reports.suspects(),
+            reports.iter().filter(|report| report.is_suspect()).count(),
             counted(walls as u64, "line"),
             counted(points as u64, "point"),
         )

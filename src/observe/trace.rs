@@ -1,20 +1,14 @@
 //! `trace.jsonl`: a line per arc, in (frame, sensor) order, that says why it was labelled so.
 
-use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
-use std::path::PathBuf;
 
 use serde::Serialize;
 
 use crate::core::event::Sonar;
-use crate::core::frames::Frame;
-use crate::core::observer::{Observer, ObserverError, Setting};
+use crate::core::replay::Outcome;
 use crate::core::rounding::{number, optional};
-use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::pair::{PairPoint, Points};
-use crate::core::tmam::step::Step;
-use crate::core::tmam::stream::ArcReport;
-use crate::io::output::OutputError;
+use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::{Angles, OnMiddle};
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
@@ -60,79 +54,27 @@ struct Row<'a> {
     feature: Option<u32>,
 }
 
-/// Writes the trace while the replay goes on.
+/// Writes a line per arc.
 ///
-/// An arc is written once all is known of it; arcs after it wait, so that the lines stay in order.
-#[derive(Debug)]
-pub struct Trace<'a, W> {
-    out: W,
-    path: PathBuf,
-    sonars: &'a [Sonar],
-    waiting: VecDeque<ArcId>,
-    judged: BTreeMap<ArcId, ArcReport>,
+/// # Errors
+/// When `out` cannot be written.
+pub fn write(
+    mut out: impl Write,
+    sonars: &[Sonar],
+    outcome: &Outcome,
+) -> Result<(), std::io::Error> {
+    for report in &outcome.reports {
+        serde_json::to_writer(&mut out, &row(report, sonars))?;
+        out.write_all(b"\n")?;
+    }
+    Ok(())
 }
 
-impl<'a, W: Write> Trace<'a, W> {
-    /// A trace into `out`; `path` is what errors call it.
-    pub fn new(out: W, path: PathBuf, setting: Setting<'a>) -> Self {
-        Self {
-            out,
-            path,
-            sonars: setting.sonars,
-            waiting: VecDeque::new(),
-            judged: BTreeMap::new(),
-        }
-    }
-
-    fn failed(&self, source: std::io::Error) -> OutputError {
-        OutputError {
-            path: self.path.clone(),
-            source,
-        }
-    }
-
-    fn take(&mut self, step: &Step) {
-        self.waiting.extend(step.arcs.iter().map(|arc| arc.id));
-        let judgements = step.judgements.iter();
-        self.judged.extend(judgements.map(|j| (j.arc.id, *j)));
-    }
-
-    fn write_settled(&mut self) -> Result<(), OutputError> {
-        while let Some(id) = self.waiting.front()
-            && let Some(judgement) = self.judged.remove(id)
-        {
-            let row = row(&judgement, self.sonars);
-            serde_json::to_writer(&mut self.out, &row)
-                .map_err(std::io::Error::from)
-                .and_then(|()| self.out.write_all(b"\n"))
-                .map_err(|source| self.failed(source))?;
-            self.waiting.pop_front();
-        }
-        Ok(())
-    }
-}
-
-impl<W: Write> Observer for Trace<'_, W> {
-    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        self.write_settled().map_err(ObserverError::new)
-    }
-
-    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        self.write_settled()
-            .and_then(|()| self.out.flush().map_err(|source| self.failed(source)))
-            .map_err(ObserverError::new)
-    }
-}
-
-fn row<'a>(judgement: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
-    let (arc, verdict) = (&judgement.arc, &judgement.verdict);
-    let wide = judgement.wide.as_ref();
-    let evidence = verdict.evidence.as_ref();
-    let points = |of: fn(&Points) -> &[Option<PairPoint>; 2]| {
-        let count = |points: &Points| of(points).iter().flatten().count();
-        evidence.map(|e| [count(&e.angles.before), count(&e.angles.after)])
+fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
+    let arc = &report.arc;
+    let (triple, window) = (report.triple.as_ref(), report.window());
+    let points = |of: fn(&Angles) -> &OnMiddle| {
+        triple.map(|triple| of(&triple.angles).map(|pair| pair.iter().flatten().count()))
     };
     Row {
         frame: arc.id.frame,
@@ -144,24 +86,24 @@ fn row<'a>(judgement: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
         y: arc.world_from_sensor.y,
         yaw: arc.world_from_sensor.yaw,
         range: arc.range,
-        label: verdict.label.name(),
-        reason: verdict.label.reason().map(|reason| reason.name()),
-        theta_c: evidence.map(|e| e.angles.theta_c),
-        theta_i: evidence.map(|e| e.angles.theta_i),
-        theta_c_sigma: evidence.and_then(|e| e.spread.theta_c),
-        theta_i_sigma: evidence.and_then(|e| e.spread.theta_i),
-        contact_points: points(|p| &p.contact),
-        intersection_points: points(|p| &p.intersection),
-        margin: verdict.margin,
-        opinion: evidence.map(|e| e.opinion.support.name()),
-        chi2_line: evidence.map(|e| e.opinion.chi2_line),
-        chi2_point: evidence.map(|e| e.opinion.chi2_point),
-        readings: wide.map(|w| w.readings),
-        wide_opinion: wide.map(|w| w.support.name()),
-        wide_chi2_line: wide.map(|w| w.chi2_line),
-        wide_chi2_point: wide.map(|w| w.chi2_point),
-        map_opinion: judgement.map.map(|m| m.support.name()),
-        suspect: judgement.is_suspect(),
-        feature: judgement.run.map(|run| run.extraction),
+        label: report.label.name(),
+        reason: report.label.reason().map(|reason| reason.name()),
+        theta_c: triple.map(|t| t.angles.theta_c),
+        theta_i: triple.map(|t| t.angles.theta_i),
+        theta_c_sigma: triple.and_then(|t| t.spread.theta_c),
+        theta_i_sigma: triple.and_then(|t| t.spread.theta_i),
+        contact_points: points(|angles| &angles.contact_points),
+        intersection_points: points(|angles| &angles.intersection_points),
+        margin: report.margin,
+        opinion: triple.map(|t| t.test.support.name()),
+        chi2_line: triple.map(|t| t.test.chi2_line),
+        chi2_point: triple.map(|t| t.test.chi2_point),
+        readings: window.map(|w| w.readings),
+        wide_opinion: window.map(|w| w.support.name()),
+        wide_chi2_line: window.map(|w| w.chi2_line),
+        wide_chi2_point: window.map(|w| w.chi2_point),
+        map_opinion: report.map.map(|m| m.support.name()),
+        suspect: report.is_suspect(),
+        feature: report.run.map(|run| run.extraction),
     }
 }

@@ -6,24 +6,19 @@ use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::observe::carried::Carried;
 use crate::observe::features;
-use crate::tools::golden::{Labels, LogInfo, RangeNoise, write_labels};
+use crate::tools::golden::{LogInfo, RangeNoise, labels, write_labels};
 
 /// What a recording of the replay carries: the features file, to the byte as `--features` writes it,
 /// and the label of every arc.
 ///
 /// # Errors
 /// When they cannot be formed.
-pub fn carried(
-    setting: &Setting<'_>,
-    outcome: &Outcome,
-    log: &LogInfo,
-    labels: &Labels,
-) -> io::Result<Carried> {
+pub fn carried(setting: &Setting<'_>, outcome: &Outcome, log: &LogInfo) -> io::Result<Carried> {
     let mut features = Vec::new();
     features::write(&mut features, setting, outcome)?;
     let noise = RangeNoise::of(outcome.variance_from, setting.config);
     Ok(Carried {
         features: String::from_utf8(features).map_err(io::Error::other)?,
-        labels: Some(write_labels(log, noise, labels)?),
+        labels: Some(write_labels(log, noise, &labels(setting.sonars, outcome))?),
     })
 }

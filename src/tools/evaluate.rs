@@ -1,8 +1,7 @@
 //! How well a replay did, where the truth is known.
 //!
 //! [`Truth`] says what echoed at each arc and which walls and points could be seen at all; a
-//! [`Scorer`] watches a replay and ends in an [`Evaluation`]. None of it reads or writes anything:
-//! a sweep over configurations makes the truth once and a scorer for each run.
+//! [`Evaluation`] holds what a replay came to against it. None of it reads or writes anything.
 
 pub mod drawing;
 pub mod errors;
@@ -16,21 +15,8 @@ pub mod suspects;
 pub mod text;
 pub mod truth;
 
-pub use scorer::{Evaluation, Scorer};
+pub use scorer::Evaluation;
 pub use truth::{Truth, TruthError};
-
-use crate::core::replay::{Outcome, Replay, ReplayError};
-
-/// Runs a replay and scores it.
-///
-/// # Errors
-/// When there is nothing to replay.
-pub fn evaluate(replay: &Replay<'_>, truth: &Truth) -> Result<(Outcome, Evaluation), ReplayError> {
-    let mut scorer = Scorer::new(truth);
-    let outcome = replay.run(&mut [&mut scorer])?;
-    let evaluation = scorer.evaluate(&outcome);
-    Ok((outcome, evaluation))
-}
 
 /// A share; `None` of nothing.
 fn share(part: u64, whole: u64) -> Option<f64> {

@@ -1,38 +1,38 @@
 //! Why one arc was labelled so, what would have changed that, and whether it was right.
 //!
-//! A [`Watch`](watch::Watch) sees a replay, a [`Question`] names an arc of it, and an [`Explanation`]
-//! says all that is known of that arc. None of it reads or writes anything.
+//! A replay says all that it tested of an arc in its [`ArcReport`]; a [`Question`] names one, and an
+//! [`Explanation`] tells it with what stands around it. None of it reads or writes files.
 
-pub mod doubts;
-pub mod explanation;
-pub mod json;
-pub mod need;
-pub mod outcome;
+pub mod changes;
+pub mod history;
 pub mod pairs;
 pub mod question;
-pub mod rule;
+pub mod sequences;
 pub mod situation;
 pub mod suspects;
 pub mod text;
-pub mod truth;
-pub mod watch;
-pub mod windows;
 
-pub use self::explanation::{AnglesStory, Explanation, MapStory, Near};
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use self::changes::{Change, Windows, by_angles, by_neighbours};
+use self::history::{Doubt, MapStory, RunStory, TruthStory, doubts, runs};
 use self::pairs::Pair;
 use self::question::Found;
 pub use self::question::{Question, QuestionError, Which};
-use self::situation::{Reading, Situation};
-use self::truth::TruthStory;
-use self::watch::Watch;
-use self::windows::Windows;
-use crate::core::observer::Setting;
+use self::sequences::Sequences;
+use self::situation::{AnglesStory, Reading, Situation, Window};
+use crate::core::config::Config;
+use crate::core::observer::{Setting, Source};
 use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::core::rounding::{number, optional};
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::pair::Points;
-use crate::core::tmam::spread::Spread;
-use crate::core::tmam::stream::ArcReport;
-use crate::core::tmam::triple::{Angles, Evidence, Label, Reason, judge};
+use crate::core::tmam::hypothesis::Gate;
+use crate::core::tmam::label::{Label, Reason};
+use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::TripleTest;
+use crate::core::tool::Tool;
 use crate::tools::evaluate::Truth;
 
 /// How many other arcs that pass near a place are named.
@@ -41,12 +41,59 @@ const NEAR: usize = 5;
 /// Why there is nothing to explain.
 #[derive(Debug, thiserror::Error)]
 pub enum ExplainError {
-    /// The log cannot be replayed.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// No arc answers the question.
     #[error(transparent)]
     Question(#[from] QuestionError),
+}
+
+/// The whole story of an arc. SI units and radians.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Explanation {
+    pub sensor: String,
+    pub arc: Reading,
+    /// How far it passes from the place that was asked for.
+    #[serde(serialize_with = "optional")]
+    pub distance: Option<f64>,
+    /// How long after the time that was asked for it was measured, seconds.
+    #[serde(serialize_with = "optional")]
+    pub late: Option<f64>,
+    /// Other arcs that pass about as near, nearest first.
+    pub also_near: Vec<Near>,
+    pub label: &'static str,
+    pub reason: Option<&'static str>,
+    /// `angles` or `opinion`.
+    pub decided_by: &'static str,
+    pub suspect: bool,
+    pub doubts: Vec<Doubt>,
+    pub situation: Situation,
+    /// The two pairs, where the arc has an echo on either side.
+    pub pairs: Vec<Pair>,
+    /// The angles, where it is the middle of a triple; those it would have, where only a bound keeps
+    /// it from that.
+    pub angles: Option<AnglesStory>,
+    pub changes: Vec<Change>,
+    /// The windows that were looked at.
+    pub windows: Vec<Window>,
+    /// The lead in chi2 that decides.
+    #[serde(serialize_with = "number")]
+    pub decisive: f64,
+    /// Why no wider window was looked at: `decided`, `neither`, `max-half-width` or `no-more-readings`.
+    pub windows_end: Option<&'static str>,
+    /// Runs that the arc stands behind, and what became of them.
+    pub runs: Vec<RunStory>,
+    pub map: Option<MapStory>,
+    /// What echoed, where that is known.
+    pub truth: Option<TruthStory>,
+}
+
+/// Another arc that passes near a place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Near {
+    pub sensor: String,
+    pub frame: u32,
+    #[serde(serialize_with = "optional")]
+    pub distance: Option<f64>,
 }
 
 /// Replays a log and explains one of its arcs.
@@ -58,141 +105,128 @@ pub fn explain(
     question: &Question,
     truth: Option<&Truth>,
 ) -> Result<(Outcome, Explanation), ExplainError> {
-    let mut watch = Watch::default();
-    let outcome = replay.run(&mut [&mut watch])?;
-    let origin_ns = replay.origin_ns();
-    let setting = replay.setting();
-    let found = question.answers(&watch, &setting, origin_ns)?;
-    let beams = replay.readings().map(|reading| reading.beam_width);
-    let teller = Teller {
-        watch: &watch,
-        outcome: &outcome,
-        setting,
-        origin_ns,
-        truth,
-        narrowest: beams.fold(f64::INFINITY, f64::min),
-    };
-    let explanation = teller.tell(&found).ok_or(QuestionError::NoEcho {
+    let outcome = replay.run(&mut [])?;
+    let sequences = Sequences::new(replay, &outcome);
+    let found = question.answers(&sequences, &replay.setting(), replay.origin_ns())?;
+    let told = tell(&found, replay, &outcome, &sequences, truth);
+    let explanation = told.ok_or_else(|| QuestionError::NoEcho {
         sonars: question.sonars.clone(),
     })?;
     Ok((outcome, explanation))
 }
 
-struct Teller<'a> {
-    watch: &'a Watch,
-    outcome: &'a Outcome,
-    setting: Setting<'a>,
-    origin_ns: i64,
-    truth: Option<&'a Truth>,
-    narrowest: f64,
+fn tell(
+    found: &[Found],
+    replay: &Replay<'_>,
+    outcome: &Outcome,
+    sequences: &Sequences<'_>,
+    truth: Option<&Truth>,
+) -> Option<Explanation> {
+    let best = found.first()?;
+    let (arc, config) = (best.arc, replay.config());
+    let setting = replay.setting();
+    let name = |arc: &Arc| {
+        let sonar = setting.sonars.get(arc.id.sonar.index());
+        sonar.map_or_else(String::new, |sonar| sonar.name.clone())
+    };
+    let (sequence, place) = sequences.around(arc.id)?;
+    let report = sequence.get(place)?.report?;
+    let situation = Situation::new(sequence, place, config, replay.origin_ns());
+    let triple = situation.three.as_ref().map(|three| {
+        let gate = || Gate::new(config.opinion.gate);
+        let own = report.triple;
+        own.unwrap_or_else(|| TripleTest::of(three, &config.triple, &gate()))
+    });
+    let windows = Windows::new(sequence, place, config);
+    let by_opinion = config.departures().label_by_opinion;
+    let changes = match (&triple, report.triple.is_some()) {
+        (_, true) if by_opinion => windows.changes(),
+        (Some(triple), true) => {
+            let beams = replay.readings().map(|reading| reading.beam_width);
+            let narrowest = beams.fold(f64::INFINITY, f64::min);
+            by_angles(report.label, &triple.angles, &config.triple, narrowest)
+        }
+        // Without the bounds that it breaks it would be the middle of a triple.
+        (would_be, _) => {
+            let then = would_be.filter(|_| !by_opinion).map(|triple| triple.label);
+            let then = then.filter(|label| label.kind().is_some()).map(Label::name);
+            by_neighbours(&situation, then)
+        }
+    };
+    let near = |found: &Found| Near {
+        sensor: name(&found.arc),
+        frame: found.arc.id.frame,
+        distance: found.distance,
+    };
+    Some(Explanation {
+        sensor: name(&arc),
+        arc: Reading::new(&arc, replay.origin_ns()),
+        distance: best.distance,
+        late: best.late,
+        also_near: (found.iter().skip(1).take(NEAR))
+            .filter(|found| found.distance.is_some())
+            .map(near)
+            .collect(),
+        label: report.label.name(),
+        reason: report.label.reason().map(Reason::name),
+        decided_by: if by_opinion { "opinion" } else { "angles" },
+        suspect: report.is_suspect(),
+        doubts: doubts(report),
+        pairs: situation.three.as_ref().map_or_else(Vec::new, Pair::both),
+        angles: triple.map(|triple| AnglesStory::new(&triple, &config.triple)),
+        changes,
+        windows: Window::looked_at(sequence, place, config),
+        windows_end: windows_end(report, config),
+        decisive: config.opinion.decisive,
+        runs: runs(arc.id, outcome),
+        map: report.map.map(|map| MapStory {
+            says: map.support.name(),
+            feature: map.feature,
+        }),
+        truth: truth.map(|truth| TruthStory::new(&arc, report.label, &situation, truth)),
+        situation,
+    })
 }
 
-impl Teller<'_> {
-    fn tell(&self, found: &[Found]) -> Option<Explanation> {
-        let best = found.first()?;
-        let arc = best.arc;
-        let config = self.setting.config;
-        let judgement = self.watch.judgements.get(&arc.id)?;
-        let sequence = self.watch.sequence(arc.id.sonar);
-        let place = self.watch.place(arc.id)?;
-        let situation = Situation::new(sequence, place, config, self.origin_ns);
-        let windows = Windows::new(sequence, place, config);
-        let by_opinion = config.departures().label_by_opinion;
-        let label = judgement.verdict.label;
-        let (angles, by_angles) = self.angles(judgement, &situation).unzip();
-        let is_triple = judgement.verdict.evidence.is_some();
-        let changes = if is_triple && by_opinion {
-            windows.changes()
-        } else if let (true, Some(angles)) = (is_triple, &angles) {
-            let (theta_c, theta_i) = (angles.theta_c, angles.theta_i);
-            rule::changes(label, theta_c, theta_i, &config.triple, self.narrowest)
-        } else {
-            // Without the bounds that it breaks it would be the middle of a triple.
-            let then = if by_opinion { None } else { by_angles };
-            let then = then.filter(|label| label.kind().is_some()).map(Label::name);
-            situation.changes(then)
-        };
-        let looked_at = windows.looked_at();
-        Some(Explanation {
-            sensor: self.name(&arc),
-            arc: Reading::new(&arc, self.origin_ns),
-            distance: best.distance,
-            late: best.late,
-            also_near: self.near(found),
-            label: label.name(),
-            reason: label.reason().map(Reason::name),
-            decided_by: if by_opinion { "opinion" } else { "angles" },
-            suspect: judgement.is_suspect(),
-            doubts: doubts::doubts(judgement),
-            pairs: self.pairs(&situation),
-            angles,
-            changes,
-            windows_end: looked_at.last().map(|last| windows.end(last)),
-            windows: looked_at,
-            decisive: config.opinion.decisive,
-            runs: outcome::runs(arc.id, self.outcome),
-            map: judgement.map.map(|map| MapStory {
-                says: map.support.name(),
-                feature: map.feature,
-            }),
-            truth: self
-                .truth
-                .map(|truth| TruthStory::new(&arc, label, &situation, truth)),
-            situation,
-        })
-    }
+/// Why no wider window was looked at.
+fn windows_end(report: &ArcReport, config: &Config) -> Option<&'static str> {
+    let last = report.window()?;
+    let bounds = &config.opinion;
+    Some(match last.label(bounds.decisive) {
+        Label::Contact | Label::Intersection => "decided",
+        Label::Unidentified(Reason::Neither) => "neither",
+        Label::Unidentified(_) if report.windows.len() == bounds.max_half_width => "max-half-width",
+        Label::Unidentified(_) => "no-more-readings",
+    })
+}
 
-    fn name(&self, arc: &Arc) -> String {
-        let sonar = self.setting.sonars.get(arc.id.sonar.index());
-        sonar.map_or_else(String::new, |sonar| sonar.name.clone())
+/// Writes an explanation (`tmam.explanation/1`) or a list of suspects (`tmam.suspects/1`) in JSON,
+/// pretty, with one newline at its end.
+///
+/// # Errors
+/// When `out` cannot be written.
+pub fn write_json(
+    mut out: impl Write,
+    schema: &'static str,
+    setting: &Setting<'_>,
+    told: &impl Serialize,
+) -> io::Result<()> {
+    #[derive(Serialize)]
+    struct File<'a, T> {
+        schema: &'static str,
+        tool: Tool,
+        source: &'a Source,
+        config: &'a Config,
+        #[serde(flatten)]
+        told: &'a T,
     }
-
-    fn near(&self, found: &[Found]) -> Vec<Near> {
-        let others = found.iter().skip(1).take(NEAR);
-        let near = others.filter(|found| found.distance.is_some());
-        near.map(|found| Near {
-            sensor: self.name(&found.arc),
-            frame: found.arc.id.frame,
-            distance: found.distance,
-        })
-        .collect()
-    }
-
-    fn pairs(&self, situation: &Situation) -> Vec<Pair> {
-        let three = situation.three.as_ref();
-        three.map_or_else(Vec::new, |[first, middle, last]| {
-            vec![Pair::new(first, middle), Pair::new(middle, last)]
-        })
-    }
-
-    /// The angles of the triple, or those that the three arcs would have if they were one; with the
-    /// paper's label.
-    fn angles(&self, judgement: &ArcReport, situation: &Situation) -> Option<(AnglesStory, Label)> {
-        let bounds = &self.setting.config.triple;
-        let [first, middle, last] = situation.three.as_ref()?;
-        let pairs = (Points::of(first, middle), Points::of(middle, last));
-        let (label, hypothetical) = judge(pairs.0, pairs.1, middle.beam_width, bounds);
-        let spread = Spread::of([first, middle, last]);
-        let evidence = judgement.verdict.evidence;
-        let angles: Angles = evidence.map_or(hypothetical, |Evidence { angles, .. }| angles);
-        let common = |before: &[Option<_>; 2], after: &[Option<_>; 2]| {
-            before
-                .iter()
-                .zip(after)
-                .any(|(b, a)| b.is_some() && a.is_some())
-        };
-        let story = AnglesStory {
-            theta_c: angles.theta_c,
-            theta_i: angles.theta_i,
-            theta_c_sigma: spread.theta_c,
-            theta_i_sigma: spread.theta_i,
-            has_contact: common(&angles.before.contact, &angles.after.contact),
-            has_intersection: common(&angles.before.intersection, &angles.after.intersection),
-            margin: angles.margin,
-            label: label.name(),
-            reason: label.reason().map(Reason::name),
-            conditions: rule::conditions(angles.theta_c, angles.theta_i, bounds),
-        };
-        Some((story, label))
-    }
+    let file = File {
+        schema,
+        tool: Tool::THIS,
+        source: setting.source,
+        config: setting.config,
+        told,
+    };
+    serde_json::to_writer_pretty(&mut out, &file)?;
+    out.write_all(b"\n")
 }

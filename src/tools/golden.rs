@@ -38,7 +38,7 @@ mod text;
 mod tolerance;
 mod unrecorded;
 
-pub use collect::Collector;
+pub use collect::{labels, results};
 pub use compare::compare;
 pub use difference::{
     Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, SonarDifference,

@@ -2,17 +2,20 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::core::frames::Tally;
+use crate::core::frames::{Frame, Tally};
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::tmam::feature::{Action, Extraction, MapFeature};
+use crate::core::tmam::prediction::MapPrediction;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::Label;
 
 /// What a replay came to.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outcome {
     /// Frames opened.
     pub frames: u32,
+    /// The stamp of each.
+    pub frame_stamps: Vec<i64>,
     /// Way from frame to frame, metres.
     pub distance: f64,
     /// What became of the readings.
@@ -33,21 +36,47 @@ pub struct Outcome {
     pub extractions: Vec<Extraction>,
     /// The final map, by id.
     pub map: Vec<MapFeature>,
+    /// Every arc by frame and sonar, with all that is known of it.
+    pub reports: Vec<ArcReport>,
+    /// What should have echoed by the map that the noise-aware rule makes of the log.
+    pub prediction: MapPrediction,
 }
 
 impl Outcome {
-    /// Counts what a step brought about.
+    /// Before the first step.
+    pub(super) fn new(variance_from: VarianceFrom, tally: Tally, frames: &[Frame]) -> Self {
+        let places = || frames.iter().map(|frame| frame.world_from_robot.position());
+        let ways = places().zip(places().skip(1)).map(|(a, b)| (b - a).norm());
+        Self {
+            frames: frames.last().map_or(0, |last| last.index + 1),
+            frame_stamps: frames.iter().map(|frame| frame.stamp_ns).collect(),
+            distance: ways.fold(0.0, |sum, way| sum + way),
+            variance_from,
+            tally,
+            ..Self::default()
+        }
+    }
+
+    /// Takes in what a frame brought about.
     pub(super) fn take(&mut self, step: &Step) {
         step.arcs.iter().for_each(|arc| self.scattering.push(arc));
-        for verdict in &step.verdicts {
-            *self.labels.entry(verdict.label.name()).or_default() += 1;
-            if let Label::Unidentified(reason) = verdict.label {
+        self.extractions.extend(step.extractions.iter().cloned());
+    }
+
+    /// The log has ended.
+    pub(super) fn end(&mut self, step: Step, map: &[MapFeature], prediction: MapPrediction) {
+        self.extractions.extend(step.extractions);
+        self.associated_readings = associated(&self.extractions);
+        self.map = map.to_vec();
+        self.prediction = prediction;
+        for report in &step.reports {
+            *self.labels.entry(report.label.name()).or_default() += 1;
+            if let Some(reason) = report.label.reason() {
                 *self.reasons.entry(reason.name()).or_default() += 1;
             }
+            self.suspects += u64::from(report.is_suspect());
         }
-        self.extractions.extend(step.extractions.iter().cloned());
-        let suspects = step.judgements.iter().filter(|j| j.is_suspect());
-        self.suspects += suspects.count() as u64;
+        self.reports = step.reports;
     }
 
     /// How many arcs have a label.
@@ -57,7 +86,7 @@ impl Outcome {
 }
 
 /// How many readings stand behind features of the map.
-pub(super) fn associated(extractions: &[Extraction]) -> u64 {
+fn associated(extractions: &[Extraction]) -> u64 {
     let arcs: BTreeSet<_> = extractions
         .iter()
         .filter(|extraction| !matches!(extraction.action, Action::Rejected(_)))

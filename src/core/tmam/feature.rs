@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::arc::ArcId;
 use super::hypothesis::HypothesisTest;
+pub use super::label::Kind;
 use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
 
 /// A wall: the line `x cos(theta) + y sin(theta) = rho` between two ends, in the world.
@@ -37,15 +38,6 @@ pub enum Shape {
     Line(Segment),
     /// A run of intersection arcs.
     Point(Point),
-}
-
-/// Line or point, where the shape itself may be unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A line segment.
-    Line,
-    /// A point.
-    Point,
 }
 
 /// Why a fit was not registered.
@@ -237,16 +229,6 @@ impl Shape {
         match self {
             Self::Line(_) => Kind::Line,
             Self::Point(_) => Kind::Point,
-        }
-    }
-}
-
-impl Kind {
-    /// `line` or `point`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Line => "line",
-            Self::Point => "point",
         }
     }
 }

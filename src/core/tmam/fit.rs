@@ -19,7 +19,6 @@ use super::arc::{Arc, ArcId};
 use super::feature::{Rejection, Shape};
 use super::hypothesis::Gate;
 use super::pair::Points;
-use crate::core::config::Config;
 
 /// Iterations after which (10) ends without having met the paper's stopping rule.
 pub const MAX_ITERATIONS: u32 = 10;
@@ -39,20 +38,6 @@ pub struct FitOptions {
     pub misfits: Option<Gate>,
     /// The mirror image at the robot's path must be worse by this much in chi2.
     pub mirrored: Option<f64>,
-}
-
-impl FitOptions {
-    /// As the configuration has them.
-    pub fn of(config: &Config, gate: &Gate) -> Self {
-        let departures = config.departures();
-        Self {
-            converge: departures.converge,
-            misfits: departures.reject_misfits.then_some(*gate),
-            mirrored: departures
-                .reject_mirrored
-                .then_some(config.opinion.decisive),
-        }
-    }
 }
 
 /// A determinant below this fraction of the squared trace leaves a direction undetermined.

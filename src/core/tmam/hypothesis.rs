@@ -1,4 +1,4 @@
-//! The second opinion: which of a line and a point explains neighbouring readings within their noise.
+//! Hypothesis test: which of a line and a point explains neighbouring readings within their noise.
 //!
 //! The paper compares two angles; it does not ask whether the readings are precise enough to tell.
 //! Here a line and a point are fitted to the same readings, inside the beams, and the weighted
@@ -12,8 +12,7 @@ mod point;
 pub use gate::Gate;
 
 use super::arc::Arc;
-use super::feature::Kind;
-use super::triple::Label;
+use super::label::{Kind, Label, Reason};
 
 /// What readings support.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +27,7 @@ pub enum Support {
     Neither,
 }
 
-/// The second opinion on neighbouring readings of one sonar.
+/// A line and a point tested on neighbouring readings of one sonar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HypothesisTest {
     /// How many readings; two more than there are degrees of freedom.
@@ -38,27 +37,45 @@ pub struct HypothesisTest {
     pub chi2_line: f64,
     /// The same of the best point.
     pub chi2_point: f64,
-    /// What follows from the two.
+    /// What either must stay below to explain so many readings.
+    pub gate: f64,
+    /// What follows from the comparisons.
     pub support: Support,
 }
 
 impl HypothesisTest {
-    /// The opinion on neighbouring arcs, at least three of them; a model explains them when its chi2
-    /// is below the gate for their number.
+    /// Of neighbouring arcs, at least three of them.
     pub fn of(arcs: &[Arc], gate: &Gate) -> Self {
-        let gate = gate.at(arcs.len().saturating_sub(2));
         let (chi2_line, chi2_point) = (line::least_chi2(arcs), point::least_chi2(arcs));
-        let support = match (chi2_line < gate, chi2_point < gate) {
-            (true, false) => Support::Line,
-            (false, true) => Support::Point,
-            (true, true) => Support::Ambiguous,
-            (false, false) => Support::Neither,
-        };
+        Self::from_chi2(arcs.len(), chi2_line, chi2_point, gate)
+    }
+
+    /// The same readings under another gate.
+    pub fn under(&self, gate: &Gate) -> Self {
+        Self::from_chi2(self.readings, self.chi2_line, self.chi2_point, gate)
+    }
+
+    fn from_chi2(readings: usize, chi2_line: f64, chi2_point: f64, gate: &Gate) -> Self {
+        let gate = gate.at(readings.saturating_sub(2));
         Self {
-            readings: arcs.len(),
+            readings,
             chi2_line,
             chi2_point,
-            support,
+            gate,
+            support: match (chi2_line < gate, chi2_point < gate) {
+                (true, false) => Support::Line,
+                (false, true) => Support::Point,
+                (true, true) => Support::Ambiguous,
+                (false, false) => Support::Neither,
+            },
+        }
+    }
+
+    /// chi2 of the best feature of a kind.
+    pub fn chi2_of(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::Line => self.chi2_line,
+            Kind::Point => self.chi2_point,
         }
     }
 
@@ -73,15 +90,30 @@ impl HypothesisTest {
         (lead >= decisive).then_some(kind)
     }
 
+    /// The label that the readings give the arc in their middle.
+    pub fn label(&self, decisive: f64) -> Label {
+        match self.decided(decisive) {
+            Some(kind) => kind.label(),
+            None if self.support == Support::Neither => Label::Unidentified(Reason::Neither),
+            None => Label::Unidentified(Reason::Ambiguous),
+        }
+    }
+
+    /// Whether more readings would tell no more: they decide, or neither kind explains them.
+    pub fn is_final(&self, decisive: f64) -> bool {
+        self.decided(decisive).is_some() || self.support == Support::Neither
+    }
+
     /// How far the readings are beyond deciding for a kind, as chi2: the least of its room below the
     /// gate, the other kind's excess over it, and what the lead has beyond `decisive`. Negative where
     /// they do not decide for it.
-    pub fn beyond(&self, kind: Kind, gate: f64, decisive: f64) -> f64 {
+    pub fn beyond(&self, kind: Kind, decisive: f64) -> f64 {
         let (own, other) = match kind {
             Kind::Line => (self.chi2_line, self.chi2_point),
             Kind::Point => (self.chi2_point, self.chi2_line),
         };
         // Of two infinite ones there is no difference, and no room below the gate either.
+        let gate = self.gate;
         (gate - own).min(other - gate).min(other - own - decisive)
     }
 

@@ -1,7 +1,7 @@
 //! Runs: maximal stretches of equally labelled arcs of one sonar.
 
 use super::arc::{Arc, ArcId};
-use super::feature::Kind;
+use super::label::Kind;
 
 /// Consecutive arcs `k..=k+n` of one sonar with the same label, and the readings that they
 /// associate with one feature: those of their windows. The paper's windows are triples, so its runs

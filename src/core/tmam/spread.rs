@@ -71,11 +71,10 @@ fn sine_of(cosine: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::config::Triple;
     use crate::core::geometry::{Vec2, unit};
     use crate::core::tmam::fit::testing::{Gauss, SIGMA, arc};
     use crate::core::tmam::pair::Points;
-    use crate::core::tmam::triple::judge;
+    use crate::core::tmam::triple::Angles;
     use proptest::prelude::*;
 
     /// A circle of radius `radius` seen on the way along x, so that both angles differ from zero.
@@ -91,7 +90,7 @@ mod tests {
 
     fn angles(arcs: &[Arc; 3]) -> (f64, f64) {
         let [a, b, c] = arcs;
-        let found = judge(Points::of(a, b), Points::of(b, c), 1.5, &Triple::default()).1;
+        let found = Angles::between(&[Points::of(a, b), Points::of(b, c)], 1.5);
         (found.theta_c, found.theta_i)
     }
 

@@ -1,206 +1,223 @@
-//! The decision on the middle arc of a triple.
+//! Three neighbouring arcs of one sonar: whether they make a triple, and the paper's rule on it.
 
-use super::arc::{Arc, ArcId};
-use super::feature::Kind;
-use super::hypothesis::HypothesisTest;
+use super::arc::Arc;
+use super::condition::{Condition, Relation};
+use super::hypothesis::{Gate, HypothesisTest};
+use super::label::{Label, Reason};
 use super::pair::{MIN_BASELINE, PairPoint, Points};
 use super::spread::Spread;
-use crate::core::config::Triple;
-use crate::core::geometry::{angle_between, direction};
+use crate::core::config::{Config, Triple};
+use crate::core::geometry::{Vec2, angle_between, direction};
 
-/// What an arc belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Label {
-    /// A line.
-    Contact,
-    /// A point.
-    Intersection,
-    /// Neither could be told.
-    Unidentified(Reason),
+/// The way of a sensor from one of its arcs to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Way {
+    /// How long it took.
+    pub seconds: f64,
+    /// Between the sensor centres, metres.
+    pub length: f64,
+    /// Change of heading, radians.
+    pub turn: f64,
 }
 
-/// Why an arc is unidentified, in the order in which the reasons are tried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Reason {
-    /// No echo before or after it in the sonar's sequence.
-    Missing,
-    /// A neighbour too far in time or distance.
-    Gap,
-    /// The robot turned, or its path bent.
-    Turning,
-    /// No two points on a common side, neither contact nor intersection points.
-    NoPoints,
-    /// The smaller angle is not below gamma.
-    Wide,
-    /// The ratio of the angles lies between alpha and beta; under the noise-aware rule, both a line
-    /// and a point explain all the readings that there are.
-    Ambiguous,
-    /// Under the noise-aware rule: the readings around it come from different targets.
-    Neither,
+impl Way {
+    /// From arc `a` to arc `b`.
+    pub fn between(a: &Arc, b: &Arc) -> Self {
+        let seconds = b.stamp_ns.saturating_sub(a.stamp_ns) as f64 * 1e-9;
+        Self {
+            seconds: seconds.abs(),
+            length: (b.center() - a.center()).norm(),
+            turn: angle_between(a.world_from_sensor.yaw, b.world_from_sensor.yaw),
+        }
+    }
+
+    /// What keeps the sonar's sequence together: neighbours near in time and in distance.
+    pub fn near(&self, config: &Config) -> [Condition; 2] {
+        let bounds = &config.sequence;
+        [
+            at_most("sequence.max_gap", self.seconds, bounds.max_gap),
+            at_most("sequence.max_baseline", self.length, bounds.max_baseline),
+        ]
+    }
+
+    /// And the sensor still looks the same way.
+    pub fn straight(&self, config: &Config) -> Condition {
+        let most = config.triple.turn_tolerance;
+        at_most("triple.turn_tolerance", self.turn, most)
+    }
+
+    /// Whether a window may reach over it.
+    pub fn continues(&self, config: &Config) -> bool {
+        self.near(config).iter().all(Condition::holds) && self.straight(config).holds()
+    }
 }
 
-/// The geometry of a triple, from which its label follows.
+/// The bend between the base lines of three arcs, radians. A sensor that stands still has no
+/// direction of travel to bend.
+pub fn bend([before, middle, after]: &[Arc; 3]) -> f64 {
+    let (first, second) = (
+        middle.center() - before.center(),
+        after.center() - middle.center(),
+    );
+    if first.norm() >= MIN_BASELINE && second.norm() >= MIN_BASELINE {
+        angle_between(direction(first), direction(second))
+    } else {
+        0.0
+    }
+}
+
+/// What bends no more than it may.
+pub fn unbent(bend: f64, config: &Config) -> Condition {
+    at_most("triple.bend_tolerance", bend, config.triple.bend_tolerance)
+}
+
+/// Why three neighbours are no triple; `None` where they are one.
+pub fn obstacle(before: &Way, after: &Way, bend: f64, config: &Config) -> Option<Reason> {
+    let hold = |conditions: &[Condition]| conditions.iter().all(Condition::holds);
+    if !hold(&before.near(config)) || !hold(&after.near(config)) {
+        return Some(Reason::Gap);
+    }
+    let straight = [
+        before.straight(config),
+        after.straight(config),
+        unbent(bend, config),
+    ];
+    (!hold(&straight)).then_some(Reason::Turning)
+}
+
+fn at_most(key: &'static str, found: f64, bound: f64) -> Condition {
+    Condition {
+        key,
+        found,
+        relation: Relation::AtMost,
+        bound,
+    }
+}
+
+/// What three arcs say of the middle one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TripleTest {
+    /// The angles, which decide under the paper's rule.
+    pub angles: Angles,
+    /// The paper's label.
+    pub label: Label,
+    /// Radians that the angles lack, or have to spare, to the nearest bound that would change that
+    /// label.
+    pub margin: f64,
+    /// How far noise spreads the angles.
+    pub spread: Spread,
+    /// What the three readings support, within their noise.
+    pub test: HypothesisTest,
+}
+
+/// The points of two pairs that fall on the arc between them: with the arc before, then with the
+/// arc after it; of each, left of travel, then right.
+pub type OnMiddle = [[Option<Vec2>; 2]; 2];
+
+/// The angles of a triple, from which its label follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Angles {
-    /// Contact and intersection points of arcs k-1 and k.
-    pub before: Points,
-    /// Contact and intersection points of arcs k and k+1.
-    pub after: Points,
     /// Smallest angle on arc k between contact points on a common side, radians; the full beam
     /// width where there is none.
     pub theta_c: f64,
     /// The same of intersection points.
     pub theta_i: f64,
-    /// Radians that the angles lack, or have to spare, to the nearest bound that would change the
-    /// label.
-    pub margin: f64,
+    /// Where the common tangents touch arc k.
+    pub contact_points: OnMiddle,
+    /// Where its neighbours cross arc k.
+    pub intersection_points: OnMiddle,
 }
 
-/// What speaks for a label and against it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
-    /// The angles, which decide under the paper's rule.
-    pub angles: Angles,
-    /// How far noise spreads them.
-    pub spread: Spread,
-    /// What the readings themselves support, within their noise.
-    pub opinion: HypothesisTest,
-}
-
-/// The decision on one arc.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Verdict {
-    /// The arc.
-    pub arc: ArcId,
-    /// What it belongs to.
-    pub label: Label,
-    /// Radians that the angles lack, or have to spare, to the nearest bound that would change the
-    /// label; `None` where angles do not decide.
-    pub margin: Option<f64>,
-    /// How far the chi2 of its readings is from another label; `None` where readings do not decide.
-    pub chi2_margin: Option<f64>,
-    /// Why; `None` where the arc is not the middle of a triple.
-    pub evidence: Option<Evidence>,
-}
-
-/// Whether the sensor turned, or its path bent, between three neighbouring arcs.
-pub fn turns(before: &Arc, middle: &Arc, after: &Arc, bounds: &Triple) -> bool {
-    let heading =
-        |a: &Arc, b: &Arc| angle_between(a.world_from_sensor.yaw, b.world_from_sensor.yaw);
-    if heading(before, middle) > bounds.turn_tolerance
-        || heading(middle, after) > bounds.turn_tolerance
-    {
-        return true;
+impl TripleTest {
+    /// Of three neighbouring arcs.
+    pub fn of(arcs: &[Arc; 3], bounds: &Triple, gate: &Gate) -> Self {
+        let [before, middle, after] = arcs;
+        let pairs = [Points::of(before, middle), Points::of(middle, after)];
+        let angles = Angles::between(&pairs, middle.beam_width);
+        let (label, margin) = angles.label(bounds);
+        Self {
+            angles,
+            label,
+            margin,
+            spread: Spread::of([before, middle, after]),
+            test: HypothesisTest::of(arcs, gate),
+        }
     }
-    let (first, second) = (
-        middle.center() - before.center(),
-        after.center() - middle.center(),
-    );
-    // A sensor that stands still has no direction of travel to bend.
-    first.norm() >= MIN_BASELINE
-        && second.norm() >= MIN_BASELINE
-        && angle_between(direction(first), direction(second)) > bounds.bend_tolerance
 }
 
-/// Labels the middle arc from its points with the arc before and the arc after it.
-pub fn judge(before: Points, after: Points, beam_width: f64, bounds: &Triple) -> (Label, Angles) {
-    let contact = smallest_angle(&before.contact, &after.contact);
-    let intersection = smallest_angle(&before.intersection, &after.intersection);
-    let theta_c = contact.unwrap_or(beam_width);
-    let theta_i = intersection.unwrap_or(beam_width);
+impl Angles {
+    /// On the middle arc of a triple, between the points of its two pairs.
+    pub fn between([before, after]: &[Points; 2], beam_width: f64) -> Self {
+        let on_middle = |before: &[Option<PairPoint>; 2], after: &[Option<PairPoint>; 2]| {
+            [
+                before.map(|point| Some(point?.on_b)),
+                after.map(|point| Some(point?.on_a)),
+            ]
+        };
+        let smallest = |before: &[Option<PairPoint>; 2], after: &[Option<PairPoint>; 2]| {
+            let sides = before.iter().zip(after);
+            sides
+                .filter_map(|(b, a)| Some(angle_between((*b)?.bearing_b, (*a)?.bearing_a)))
+                .min_by(f64::total_cmp)
+                .unwrap_or(beam_width)
+        };
+        Self {
+            theta_c: smallest(&before.contact, &after.contact),
+            theta_i: smallest(&before.intersection, &after.intersection),
+            contact_points: on_middle(&before.contact, &after.contact),
+            intersection_points: on_middle(&before.intersection, &after.intersection),
+        }
+    }
 
-    // How far each label's two conditions hold: positive where they do.
-    let by_contact = (bounds.alpha * theta_i - theta_c).min(bounds.gamma - theta_c);
-    let by_intersection = (theta_c - bounds.beta * theta_i).min(bounds.gamma - theta_i);
-    let (label, margin) = if by_contact > 0.0 {
-        (Label::Contact, by_contact)
-    } else if by_intersection > 0.0 {
-        (Label::Intersection, by_intersection)
-    } else {
-        let reason = if contact.is_none() && intersection.is_none() {
+    /// The comparisons of the paper's rule: two that make an arc contact, two that make it
+    /// intersection.
+    pub fn conditions(&self, bounds: &Triple) -> [Condition; 4] {
+        let condition = |key, found, relation, bound| Condition {
+            key,
+            found,
+            relation,
+            bound,
+        };
+        let (theta_c, theta_i) = (self.theta_c, self.theta_i);
+        let (below, above) = (Relation::Below, Relation::Above);
+        [
+            condition("triple.alpha", theta_c, below, bounds.alpha * theta_i),
+            condition("triple.gamma", theta_c, below, bounds.gamma),
+            condition("triple.beta", theta_c, above, bounds.beta * theta_i),
+            condition("triple.gamma", theta_i, below, bounds.gamma),
+        ]
+    }
+
+    /// The label of the paper's rule, and its margin.
+    pub fn label(&self, bounds: &Triple) -> (Label, f64) {
+        let [alpha, contact_gate, beta, intersection_gate] =
+            self.conditions(bounds).map(|condition| condition.room());
+        let by_contact = alpha.min(contact_gate);
+        let by_intersection = beta.min(intersection_gate);
+        if by_contact > 0.0 {
+            return (Label::Contact, by_contact);
+        }
+        if by_intersection > 0.0 {
+            return (Label::Intersection, by_intersection);
+        }
+        let reason = if !has_common_side(&self.contact_points)
+            && !has_common_side(&self.intersection_points)
+        {
             Reason::NoPoints
-        } else if theta_c.min(theta_i) >= bounds.gamma {
+        } else if self.theta_c.min(self.theta_i) >= bounds.gamma {
             Reason::Wide
         } else {
             Reason::Ambiguous
         };
-        (
-            Label::Unidentified(reason),
-            -by_contact.max(by_intersection),
-        )
-    };
-    let angles = Angles {
-        before,
-        after,
-        theta_c,
-        theta_i,
-        margin,
-    };
-    (label, angles)
-}
-
-/// The smallest angle, on the middle arc, between points of the two pairs on a common side.
-fn smallest_angle(before: &[Option<PairPoint>; 2], after: &[Option<PairPoint>; 2]) -> Option<f64> {
-    before
-        .iter()
-        .zip(after)
-        .filter_map(|(b, a)| Some(angle_between(b.as_ref()?.bearing_b, a.as_ref()?.bearing_a)))
-        .min_by(f64::total_cmp)
-}
-
-impl Label {
-    /// `contact`, `intersection` or `unidentified`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Contact => "contact",
-            Self::Intersection => "intersection",
-            Self::Unidentified(_) => "unidentified",
-        }
-    }
-
-    /// The kind of feature that the arc belongs to.
-    pub fn kind(self) -> Option<Kind> {
-        match self {
-            Self::Contact => Some(Kind::Line),
-            Self::Intersection => Some(Kind::Point),
-            Self::Unidentified(_) => None,
-        }
-    }
-
-    /// Why, for an unidentified arc.
-    pub fn reason(self) -> Option<Reason> {
-        match self {
-            Self::Unidentified(reason) => Some(reason),
-            Self::Contact | Self::Intersection => None,
-        }
+        let margin = -by_contact.max(by_intersection);
+        (Label::Unidentified(reason), margin)
     }
 }
 
-impl Reason {
-    /// Every reason, in the order in which they are tried.
-    pub const ALL: [Self; 7] = [
-        Self::Missing,
-        Self::Gap,
-        Self::Turning,
-        Self::NoPoints,
-        Self::Wide,
-        Self::Ambiguous,
-        Self::Neither,
-    ];
-
-    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous` or
-    /// `neither`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Missing => "missing",
-            Self::Gap => "gap",
-            Self::Turning => "turning",
-            Self::NoPoints => "no-points",
-            Self::Wide => "wide",
-            Self::Ambiguous => "ambiguous",
-            Self::Neither => "neither",
-        }
-    }
+/// Whether both pairs have a point on one side of travel.
+pub fn has_common_side([before, after]: &OnMiddle) -> bool {
+    let mut sides = before.iter().zip(after);
+    sides.any(|(before, after)| before.is_some() && after.is_some())
 }
 
 #[cfg(test)]

@@ -3,22 +3,22 @@
 use std::collections::VecDeque;
 
 use super::arc::{Arc, ArcId};
-use super::feature::Kind;
 use super::hypothesis::{Gate, HypothesisTest};
+use super::label::Kind;
 use crate::core::config;
 
-/// What the readings around an arc support, from as few of them as it takes.
+/// What the windows around an arc came to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wide {
+pub struct WindowResult {
     /// The arc in the middle.
     pub arc: ArcId,
-    /// The opinion on the widest window that was looked at; `None` where the arc has no neighbour
-    /// on one side.
-    pub opinion: Option<HypothesisTest>,
-    /// The readings of that window, where they decided: `k-m ..= k+m`.
-    pub window: Vec<Arc>,
+    /// The tests of the windows that were looked at, narrowest first; none where the arc has no
+    /// neighbour on one side.
+    pub tests: Vec<HypothesisTest>,
+    /// The readings of the last window, where they decided: `k-m ..= k+m`.
+    pub readings: Vec<Arc>,
     /// How far the chi2 of some window looked at is from another outcome; `None` where there is no
-    /// opinion, or no other outcome is near.
+    /// test, or no other outcome is near.
     pub margin: Option<f64>,
 }
 
@@ -34,11 +34,11 @@ struct Lacking {
 }
 
 /// An arc whose window still grows.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Growing {
     /// Its place in the stretch, counted from the stretch's first arc.
     at: usize,
-    opinion: Option<HypothesisTest>,
+    tests: Vec<HypothesisTest>,
     done: bool,
     decided: bool,
     lacking: Lacking,
@@ -67,13 +67,20 @@ pub struct AdaptiveWindow {
 }
 
 impl AdaptiveWindow {
-    /// Takes the stretch's next arc; gives the arcs that are settled now, in order.
-    pub fn push(&mut self, arc: Arc, bounds: &config::TestBounds, gate: &Gate) -> Vec<Wide> {
+    /// Takes the stretch's next arc, with the test of the triple that it completes where that was
+    /// made; gives the arcs that are settled now, in order.
+    pub fn push(
+        &mut self,
+        arc: Arc,
+        triple: Option<HypothesisTest>,
+        bounds: &config::TestBounds,
+        gate: &Gate,
+    ) -> Vec<WindowResult> {
         let newest = self.first + self.arcs.len();
         self.arcs.push_back(arc);
         self.growing.push_back(Growing {
             at: newest,
-            opinion: None,
+            tests: Vec::new(),
             done: false,
             decided: false,
             lacking: Lacking::NOTHING_SEEN,
@@ -81,7 +88,7 @@ impl AdaptiveWindow {
         });
         let mut growing = std::mem::take(&mut self.growing);
         for one in growing.iter_mut().filter(|one| !one.done) {
-            self.widen(one, newest, bounds, gate);
+            self.widen(one, newest, triple, bounds, gate);
         }
         self.growing = growing;
         let settled = self.settled(|one| one.done);
@@ -90,14 +97,21 @@ impl AdaptiveWindow {
     }
 
     /// The stretch has ended: settles what still grows.
-    pub fn end(&mut self) -> Vec<Wide> {
+    pub fn end(&mut self) -> Vec<WindowResult> {
         let settled = self.settled(|_| true);
         *self = Self::default();
         settled
     }
 
     /// Looks at the window that the newest arc completes.
-    fn widen(&self, one: &mut Growing, newest: usize, bounds: &config::TestBounds, gate: &Gate) {
+    fn widen(
+        &self,
+        one: &mut Growing,
+        newest: usize,
+        triple: Option<HypothesisTest>,
+        bounds: &config::TestBounds,
+        gate: &Gate,
+    ) {
         let half = newest - one.at;
         if half == 0 {
             return;
@@ -106,15 +120,14 @@ impl AdaptiveWindow {
             one.done = true;
             return;
         }
-        let window = self.window(one.at, half);
-        let opinion = HypothesisTest::of(&window, gate);
-        let gate = gate.at(window.len() - 2);
-        let least = opinion.chi2_line.min(opinion.chi2_point);
-        let kind = opinion.decided(bounds.decisive);
+        let triple = triple.filter(|_| half == 1);
+        let test = triple.unwrap_or_else(|| HypothesisTest::of(&self.window(one.at, half), gate));
+        let (gate, least) = (test.gate, test.chi2_line.min(test.chi2_point));
+        let kind = test.decided(bounds.decisive);
         one.decided = kind.is_some();
-        one.done = one.decided || least >= gate;
+        one.done = test.is_final(bounds.decisive);
         let [line, point] =
-            [Kind::Line, Kind::Point].map(|kind| opinion.beyond(kind, gate, bounds.decisive));
+            [Kind::Line, Kind::Point].map(|kind| test.beyond(kind, bounds.decisive));
         let before = one.lacking;
         one.lacking = Lacking {
             line: before.line.min(-line),
@@ -135,7 +148,7 @@ impl AdaptiveWindow {
                 }
             }
         };
-        one.opinion = Some(opinion);
+        one.tests.push(test);
     }
 
     fn window(&self, at: usize, half: usize) -> Vec<Arc> {
@@ -148,22 +161,23 @@ impl AdaptiveWindow {
             .collect()
     }
 
-    fn settled(&mut self, may_go: impl Fn(&Growing) -> bool) -> Vec<Wide> {
+    fn settled(&mut self, may_go: impl Fn(&Growing) -> bool) -> Vec<WindowResult> {
         let mut settled = Vec::new();
         while let Some(one) = self.growing.pop_front_if(|one| may_go(one)) {
             let Some(arc) = self.arcs.get(one.at - self.first) else {
                 continue;
             };
-            let half = one.opinion.map_or(0, |opinion| opinion.readings / 2);
-            settled.push(Wide {
+            let readings = if one.decided {
+                self.window(one.at, one.tests.len())
+            } else {
+                Vec::new()
+            };
+            let has_test = !one.tests.is_empty();
+            settled.push(WindowResult {
                 arc: arc.id,
-                opinion: one.opinion,
-                window: if one.decided {
-                    self.window(one.at, half)
-                } else {
-                    Vec::new()
-                },
-                margin: one.opinion.and(Some(one.margin)).filter(|m| m.is_finite()),
+                tests: one.tests,
+                readings,
+                margin: Some(one.margin).filter(|margin| has_test && margin.is_finite()),
             });
         }
         settled
@@ -217,13 +231,13 @@ mod tests {
                 beam_width: 0.5,
                 variance: 9e-6,
             };
-            settled.extend(widening.push(arc, &bounds, &gate));
+            settled.extend(widening.push(arc, None, &bounds, &gate));
         }
         settled.extend(widening.end());
-        let became = |wide: &Wide| Became {
-            kind: wide.opinion.and_then(|o| o.decided(decisive)),
-            margin: wide.margin,
-            opinion: wide.opinion,
+        let became = |window: &WindowResult| Became {
+            kind: window.tests.last().and_then(|test| test.decided(decisive)),
+            margin: window.margin,
+            test: window.tests.last().copied(),
         };
         settled.iter().map(became).collect()
     }
@@ -231,7 +245,7 @@ mod tests {
     struct Became {
         kind: Option<Kind>,
         margin: Option<f64>,
-        opinion: Option<HypothesisTest>,
+        test: Option<HypothesisTest>,
     }
 
     /// The gate with one degree of freedom, moved so far that no gate for so many readings or fewer
@@ -282,14 +296,13 @@ mod tests {
         for seed in 1..150 {
             let all = kinds(seed, decisive, GATE);
             for (at, one) in all.iter().enumerate() {
-                let neither = |opinion: &HypothesisTest| opinion.support == Support::Neither;
-                let (Some(opinion), Some(margin)) = (one.opinion.filter(neither), one.margin)
-                else {
+                let neither = |test: &HypothesisTest| test.support == Support::Neither;
+                let (Some(test), Some(margin)) = (one.test.filter(neither), one.margin) else {
                     continue;
                 };
                 for by in [-margin.min(0.9 * GATE), margin] {
                     let becomes = |share: f64| {
-                        let gate = moved(share * by, opinion.readings);
+                        let gate = moved(share * by, test.readings);
                         kinds(seed, decisive, gate)[at].kind
                     };
                     assert_eq!(becomes(0.999), None, "seed {seed}, arc {at}, by {by}");

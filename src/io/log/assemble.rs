@@ -175,13 +175,15 @@ fn put_together(
         let mut repeating = repeating.into_iter();
         readings.retain(|_| repeating.next() != Some(true));
     }
+    let mut events = Events {
+        sonars,
+        readings,
+        odometry: samples,
+    };
+    events.sort();
     let log = Log {
         file,
-        events: Events {
-            sonars,
-            readings,
-            odometry: samples,
-        },
+        events,
         messages: gathered.messages + odometry.messages,
         losses: in_lines(lost),
         time_notes,

@@ -10,8 +10,8 @@ use super::origin::Origin;
 use super::style;
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{Action, Extraction, Kind, Shape};
+use crate::core::tmam::label::Label;
 use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::Label;
 use crate::observe::viewer::Error;
 
 /// The extracted features of one frame, and the arcs they came from.
@@ -59,11 +59,11 @@ impl Closed {
 
     /// Forgets arcs that no open run can reach any more.
     fn forget(&mut self, step: &Step) {
-        let unlabelled = step.verdicts.iter();
-        let unlabelled = unlabelled.filter(|v| matches!(v.label, Label::Unidentified(_)));
+        let unlabelled = step.labelled.iter();
+        let unlabelled = unlabelled.filter(|r| matches!(r.label, Label::Unidentified(_)));
         let closed = step.extractions.iter();
         let closed = closed.filter_map(|extraction| extraction.labelled.last().copied());
-        for last in unlabelled.map(|verdict| verdict.arc).chain(closed) {
+        for last in unlabelled.map(|report| report.arc.id).chain(closed) {
             self.recent
                 .retain(|id, _| id.sonar != last.sonar || id.frame >= last.frame);
         }

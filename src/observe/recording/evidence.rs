@@ -10,8 +10,8 @@ use rerun::{ArchetypeName, ComponentDescriptor, ComponentIdentifier, SerializedC
 
 use crate::core::rounding::rounded;
 use crate::core::tmam::hypothesis::HypothesisTest;
-use crate::core::tmam::stream::ArcReport;
-use crate::core::tmam::triple::Evidence;
+use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::TripleTest;
 
 /// What is known of an arc of the sonar with this name.
 #[derive(Debug)]
@@ -21,21 +21,21 @@ pub struct Known {
 }
 
 impl Known {
-    fn evidence(&self) -> Option<&Evidence> {
-        self.report.verdict.evidence.as_ref()
+    fn triple(&self) -> Option<&TripleTest> {
+        self.report.triple.as_ref()
     }
 
     /// What three readings, the widest window and the whole run support.
-    fn triple(&self) -> Option<HypothesisTest> {
-        Some(self.evidence()?.opinion)
+    fn test(&self) -> Option<&HypothesisTest> {
+        Some(&self.triple()?.test)
     }
 
-    fn wide(&self) -> Option<HypothesisTest> {
-        self.report.wide
+    fn wide(&self) -> Option<&HypothesisTest> {
+        self.report.window()
     }
 
     fn run(&self) -> Option<HypothesisTest> {
-        Some(self.report.run?.opinion)
+        Some(self.report.run?.test)
     }
 }
 
@@ -60,19 +60,17 @@ pub fn batches(arcs: &[Known]) -> Vec<SerializedComponentBatch> {
     let suspects = arcs.iter().map(|arc| Some(arc.report.is_suspect()));
     vec![
         word("sensor", |arc| Some(&arc.sensor)),
-        word("label", |arc| Some(arc.report.verdict.label.name())),
-        word("reason", |arc| {
-            Some(arc.report.verdict.label.reason()?.name())
-        }),
-        number("theta_c", |arc| Some(arc.evidence()?.angles.theta_c)),
-        number("theta_c_sigma", |arc| arc.evidence()?.spread.theta_c),
-        number("theta_i", |arc| Some(arc.evidence()?.angles.theta_i)),
-        number("theta_i_sigma", |arc| arc.evidence()?.spread.theta_i),
-        number("margin", |arc| arc.report.verdict.margin),
-        number("chi2_margin", |arc| arc.report.verdict.chi2_margin),
-        word("opinion", |arc| Some(arc.triple()?.support.name())),
-        number("chi2_line", |arc| Some(arc.triple()?.chi2_line)),
-        number("chi2_point", |arc| Some(arc.triple()?.chi2_point)),
+        word("label", |arc| Some(arc.report.label.name())),
+        word("reason", |arc| Some(arc.report.label.reason()?.name())),
+        number("theta_c", |arc| Some(arc.triple()?.angles.theta_c)),
+        number("theta_c_sigma", |arc| arc.triple()?.spread.theta_c),
+        number("theta_i", |arc| Some(arc.triple()?.angles.theta_i)),
+        number("theta_i_sigma", |arc| arc.triple()?.spread.theta_i),
+        number("margin", |arc| arc.report.margin),
+        number("chi2_margin", |arc| arc.report.chi2_margin),
+        word("opinion", |arc| Some(arc.test()?.support.name())),
+        number("chi2_line", |arc| Some(arc.test()?.chi2_line)),
+        number("chi2_point", |arc| Some(arc.test()?.chi2_point)),
         count("readings", |arc| u32::try_from(arc.wide()?.readings).ok()),
         word("wide_opinion", |arc| Some(arc.wide()?.support.name())),
         number("wide_chi2_line", |arc| Some(arc.wide()?.chi2_line)),

@@ -1,6 +1,6 @@
-//! Holds a frame back until every arc in it has its verdict.
+//! Holds a frame back until every arc in it has its label.
 //!
-//! A verdict comes when the sonar's next reading has come, so a frame usually waits for one or
+//! A label comes when the sonar's next reading has come, so a frame usually waits for one or
 //! two more. A sonar that falls silent keeps its last arc undecided until the end; so that the
 //! frames after it need not wait too, a frame that has waited for [`LONGEST_WAIT`] others steps
 //! out of the queue. A sonar has one or two undecided arcs at a time, so few frames ever do.
@@ -11,8 +11,8 @@ use super::canvas::Moment;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::tmam::arc::Arc;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::Verdict;
 
 /// Frames that may queue behind an undecided one.
 const LONGEST_WAIT: usize = 256;
@@ -23,10 +23,11 @@ pub struct Cell {
     pub sonar: SonarId,
     /// `None` where nothing echoed.
     pub arc: Option<Arc>,
-    pub verdict: Option<Verdict>,
+    /// Once it has its label.
+    pub report: Option<ArcReport>,
 }
 
-/// A frame that waits for its verdicts.
+/// A frame that waits for its labels.
 #[derive(Debug, Clone)]
 pub struct Held {
     pub moment: Moment,
@@ -57,7 +58,7 @@ impl Held {
 
     fn is_decided(&self) -> bool {
         let mut cells = self.cells.iter();
-        cells.all(|cell| cell.arc.is_none() || cell.verdict.is_some())
+        cells.all(|cell| cell.arc.is_none() || cell.report.is_some())
     }
 }
 
@@ -66,7 +67,7 @@ impl Cell {
         Self {
             sonar,
             arc,
-            verdict: None,
+            report: None,
         }
     }
 }
@@ -91,17 +92,17 @@ impl Hold {
         }
     }
 
-    /// Hands a verdict to the frame of its arc, if that is held.
-    pub fn decide(&mut self, verdict: &Verdict) {
-        let frame = i64::from(verdict.arc.frame);
+    /// Hands a label to the frame of its arc, if that is held.
+    pub fn decide(&mut self, report: &ArcReport) {
+        let frame = i64::from(report.arc.id.frame);
         let at = self.queue.partition_point(|held| held.moment.frame < frame);
         let queued = self.queue.get_mut(at).into_iter();
         let held = queued.chain(&mut self.late);
         let of_frame = held.filter(|held| held.moment.frame == frame).take(1);
         let mut cells = of_frame.flat_map(|held| &mut held.cells);
-        let cell = cells.find(|cell| cell.sonar == verdict.arc.sonar && cell.arc.is_some());
+        let cell = cells.find(|cell| cell.sonar == report.arc.id.sonar && cell.arc.is_some());
         if let Some(cell) = cell {
-            cell.verdict = Some(*verdict);
+            cell.report = Some(report.clone());
         }
     }
 

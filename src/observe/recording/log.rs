@@ -126,6 +126,7 @@ mod tests {
             iterations: 4,
             converged: true,
             opinion: HypothesisTest {
+                gate: 6.63,
                 readings: 8,
                 chi2_line: 5.0,
                 chi2_point: 500.0,

@@ -10,21 +10,17 @@ use super::entity::Entity;
 use super::hold::{Cell, Held};
 use super::style::{self, LABELS};
 use crate::core::event::SonarId;
-use crate::core::tmam::triple::Evidence;
+use crate::core::tmam::triple::TripleTest;
 use crate::observe::viewer::Error;
 
-type Pick = fn(&Evidence) -> f64;
+type Pick = fn(&TripleTest) -> f64;
 
 /// Numbers of a triple that are plotted, one dot per sonar and frame.
 const PLOTS: [(Entity, Pick); 4] = [
-    (Entity::ThetaC, |evidence| evidence.angles.theta_c),
-    (Entity::ThetaI, |evidence| evidence.angles.theta_i),
-    (Entity::Chi2Line, |evidence| {
-        finite(evidence.opinion.chi2_line)
-    }),
-    (Entity::Chi2Point, |evidence| {
-        finite(evidence.opinion.chi2_point)
-    }),
+    (Entity::ThetaC, |triple| triple.angles.theta_c),
+    (Entity::ThetaI, |triple| triple.angles.theta_i),
+    (Entity::Chi2Line, |triple| finite(triple.test.chi2_line)),
+    (Entity::Chi2Point, |triple| finite(triple.test.chi2_point)),
 ];
 
 /// Labels as dots on the lane of their sonar: contact lies above the lane's middle and unidentified
@@ -49,17 +45,17 @@ const DOTS: [(Entity, &str, f64, Color); 3] = [
 pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let sonars = canvas.sonars.len();
     for (entity, pick) in PLOTS {
-        let number = |cell: &Cell| Some(pick(&cell.verdict?.evidence?));
+        let number = |cell: &Cell| Some(pick(cell.report.as_ref()?.triple.as_ref()?));
         canvas.row(entity, held.moment, by_sonar(held, sonars, number))?;
     }
     for cell in &held.cells {
-        let label = cell.verdict.map(|verdict| style::name(verdict.label));
+        let label = (cell.report.as_ref()).map(|report| style::name(report.label));
         let label = Row::Labels(label.into_iter().collect());
         canvas.row(Entity::Labels(cell.sonar), held.moment, label)?;
     }
     for (entity, label, above, _) in DOTS {
         let place = |cell: &Cell| {
-            let same = cell.verdict.is_some_and(|v| v.label.name() == label);
+            let same = (cell.report.as_ref()).is_some_and(|r| r.label.name() == label);
             same.then_some(cell.sonar.index() as f64 + above)
         };
         canvas.row(entity, held.moment, by_sonar(held, sonars, place))?;

@@ -2,7 +2,7 @@
 
 use rerun::{AnnotationContext, ClassDescription, Color, Rgba32};
 
-use crate::core::tmam::triple::{Label, Reason};
+use crate::core::tmam::label::{Label, Reason};
 
 /// A line: contact arcs, contact points, walls.
 pub const CONTACT: Color = rgb(0x4d, 0xa6, 0xff);

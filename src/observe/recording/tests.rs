@@ -16,7 +16,8 @@ use crate::core::config::Config;
 use crate::core::event::{Sonar, SonarId};
 use crate::core::geometry::Vec2;
 use crate::core::observer::{Setting, Source};
-use crate::core::tmam::triple::{Evidence, Verdict};
+use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::TripleTest;
 
 /// theta of every arc that has one, by frame and sonar.
 fn angles(chunks: &[Chunk]) -> BTreeMap<(i64, usize), f64> {
@@ -47,18 +48,18 @@ fn labels(chunks: &[Chunk]) -> BTreeMap<i64, Option<String>> {
     found
 }
 
-fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all: &[Verdict]) {
+fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all: &[ArcReport]) {
     let chunks = chunks(bytes, StoreKind::Recording);
     for (path, pick) in [
         (
             "/angles/theta_c",
-            (|e| e.angles.theta_c) as fn(&Evidence) -> f64,
+            (|t| t.angles.theta_c) as fn(&TripleTest) -> f64,
         ),
-        ("/angles/theta_i", |e| e.angles.theta_i),
+        ("/angles/theta_i", |t| t.angles.theta_i),
     ] {
         let expected: BTreeMap<(i64, usize), f64> = all
             .iter()
-            .filter_map(|v| Some((v.arc, pick(&v.evidence?))))
+            .filter_map(|r| Some((r.arc.id, pick(&r.triple?))))
             .map(|(arc, angle)| {
                 let rounded = (angle * 1e9).round() / 1e9;
                 ((i64::from(arc.frame), arc.sonar.index()), rounded)
@@ -73,9 +74,9 @@ fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all
             .filter(|frame| frame.entries.iter().any(|entry| entry.sonar == SonarId(id)))
             .map(|frame| (i64::from(frame.index), None))
             .collect();
-        for verdict in all.iter().filter(|v| v.arc.sonar == SonarId(id)) {
-            let name = style::name(verdict.label);
-            expected.insert(i64::from(verdict.arc.frame), Some(name));
+        for report in all.iter().filter(|r| r.arc.id.sonar == SonarId(id)) {
+            let name = style::name(report.label);
+            expected.insert(i64::from(report.arc.id.frame), Some(name));
         }
         let path = format!("/labels/{}", sonar.name);
         assert_eq!(labels(&chunks[&path]), expected, "{path}");
@@ -95,16 +96,16 @@ fn two_recordings_of_a_run_are_the_same_bytes() {
 fn angles_and_labels_read_back_as_they_were_decided() {
     let sonars = ring(16);
     let frames = drive(&sonars, 700, None);
-    let (bytes, verdicts) = record(&sonars, &frames);
-    assert_read_back_equals(&bytes, &sonars, &frames, &verdicts);
+    let (bytes, reports) = record(&sonars, &frames);
+    assert_read_back_equals(&bytes, &sonars, &frames, &reports);
 }
 
 #[test]
 fn a_sonar_that_falls_silent_keeps_its_last_label_and_delays_nobody() {
     let sonars = ring(4);
     let frames = drive(&sonars, 700, Some((1, 40)));
-    let (bytes, verdicts) = record(&sonars, &frames);
-    assert_read_back_equals(&bytes, &sonars, &frames, &verdicts);
+    let (bytes, reports) = record(&sonars, &frames);
+    assert_read_back_equals(&bytes, &sonars, &frames, &reports);
     // The frame of the silent sonar's last arc comes last, in chunks of its own.
     let arcs = &chunks(&bytes, StoreKind::Recording)["/world/arcs"];
     assert!(

@@ -56,11 +56,8 @@ impl Artifacts {
         let outcome = replay
             .run(&mut [&mut recorder as &mut dyn Observer])
             .map_err(GoldenError::from)?;
-        let labels = replayed.results.labels.as_ref();
-        let carried = labels
-            .map(|labels| carried(&setting, &outcome, &replayed.info, labels))
-            .transpose()?;
-        recorder.close(carried.as_ref())?;
+        let carried = carried(&setting, &outcome, &replayed.info)?;
+        recorder.close(Some(&carried))?;
         out.commit()?;
         Ok((vec![new, recording.clone()], Some(recording)))
     }

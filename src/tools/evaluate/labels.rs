@@ -11,7 +11,7 @@ use super::share;
 use super::truth::{Other, Target};
 use crate::core::rounding::optional;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::triple::Label;
+use crate::core::tmam::label::Label;
 use crate::core::world::Reflector;
 
 /// A decided arc and what it came from.
@@ -223,7 +223,7 @@ pub(super) mod testing {
 mod tests {
     use super::testing::{LINE, POINT, judged};
     use super::*;
-    use crate::core::tmam::triple::Reason;
+    use crate::core::tmam::label::Reason;
 
     #[test]
     fn the_scores_follow_from_the_counts() {

@@ -1,4 +1,4 @@
-//! Watches a replay and scores it at the end.
+//! The scores of a replay.
 
 use std::collections::BTreeMap;
 
@@ -8,13 +8,10 @@ use super::map::{MapScore, is_confirmed};
 use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};
 use crate::core::event::SonarId;
-use crate::core::frames::Frame;
-use crate::core::observer::{Observer, ObserverError};
 use crate::core::replay::Outcome;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::feature::{Action, Extraction, Kind};
-use crate::core::tmam::step::Step;
-use crate::core::tmam::stream::ArcReport;
+use crate::core::tmam::report::ArcReport;
 
 /// How a replay did.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,59 +28,35 @@ pub struct Evaluation {
     pub map: MapScore,
     /// The confirmed features of its map.
     pub confirmed: MapScore,
-    /// Every arc, in the order they were decided.
+    /// Every arc, by frame and sonar.
     pub arcs: Vec<Judged>,
 }
 
-/// Watches a replay.
-#[derive(Debug)]
-pub struct Scorer<'t> {
-    truth: &'t Truth,
-    targets: BTreeMap<ArcId, Target>,
-    sequences: BTreeMap<SonarId, Vec<ArcId>>,
-    judgements: Vec<ArcReport>,
-}
-
-impl<'t> Scorer<'t> {
-    /// One that has seen nothing yet.
-    pub fn new(truth: &'t Truth) -> Self {
-        Self {
-            truth,
-            targets: BTreeMap::new(),
-            sequences: BTreeMap::new(),
-            judgements: Vec::new(),
+impl Evaluation {
+    /// The scores of a replay.
+    pub fn new(truth: &Truth, outcome: &Outcome) -> Self {
+        let mut targets = BTreeMap::new();
+        let mut sequences: BTreeMap<SonarId, Vec<ArcId>> = BTreeMap::new();
+        for ArcReport { arc, .. } in &outcome.reports {
+            targets.insert(arc.id, truth.target(arc));
+            sequences.entry(arc.id.sonar).or_default().push(arc.id);
         }
-    }
-
-    fn take(&mut self, step: &Step) {
-        for arc in &step.arcs {
-            self.targets.insert(arc.id, self.truth.target(arc));
-            self.sequences.entry(arc.id.sonar).or_default().push(arc.id);
-        }
-        self.judgements.extend(step.judgements.iter().copied());
-    }
-
-    /// The scores of the replay that was watched to its end.
-    pub fn evaluate(&self, outcome: &Outcome) -> Evaluation {
-        let arcs: Vec<Judged> = self
-            .judgements
-            .iter()
-            .filter_map(|judgement| {
-                let arc = judgement.arc.id;
-                let target = *self.targets.get(&arc)?;
-                Some(Judged {
-                    arc,
-                    label: judgement.verdict.label,
-                    target,
-                    one_target: self.neighbours_share(arc, target),
-                    doubt: judgement.doubt(),
-                    suspect: judgement.is_suspect(),
-                })
+        let echoes = Echoes { targets, sequences };
+        let judged = |report: &ArcReport| {
+            let arc = report.arc.id;
+            let target = *echoes.targets.get(&arc)?;
+            Some(Judged {
+                arc,
+                label: report.label,
+                target,
+                one_target: echoes.neighbours_share(arc, target),
+                doubt: report.doubt(),
+                suspect: report.is_suspect(),
             })
-            .collect();
-        let extracted = self.extracted(&outcome.extractions);
-        let truth = self.truth;
-        Evaluation {
+        };
+        let arcs: Vec<Judged> = outcome.reports.iter().filter_map(judged).collect();
+        let extracted = echoes.extracted(&outcome.extractions);
+        Self {
             labels: LabelScore::new(&arcs),
             suspects: SuspectScore::new(&arcs),
             extracted_lines: ExtractedScore::new(Kind::Line, &extracted, truth),
@@ -93,7 +66,15 @@ impl<'t> Scorer<'t> {
             arcs,
         }
     }
+}
 
+/// What echoed.
+struct Echoes {
+    targets: BTreeMap<ArcId, Target>,
+    sequences: BTreeMap<SonarId, Vec<ArcId>>,
+}
+
+impl Echoes {
     /// Whether the arcs before and after one in its sonar's sequence came from the same wall or
     /// point.
     fn neighbours_share(&self, arc: ArcId, target: Target) -> bool {
@@ -125,17 +106,5 @@ impl<'t> Scorer<'t> {
                 })
             })
             .collect()
-    }
-}
-
-impl Observer for Scorer<'_> {
-    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        Ok(())
-    }
-
-    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        Ok(())
     }
 }

@@ -100,8 +100,8 @@ impl SuspectScore {
 mod tests {
     use super::super::labels::testing::{LINE, POINT, judged};
     use super::*;
-    use crate::core::tmam::triple::Label;
-    use crate::core::tmam::triple::Reason;
+    use crate::core::tmam::label::Label;
+    use crate::core::tmam::label::Reason;
 
     #[test]
     fn each_gate_accuses_what_is_doubted_at_least_so_much() {

@@ -62,8 +62,12 @@ pub struct Seen {
 }
 
 impl Pair {
-    /// The geometry of two arcs.
-    pub fn new(a: &Arc, b: &Arc) -> Self {
+    /// The two pairs of three arcs.
+    pub fn both([first, middle, last]: &[Arc; 3]) -> Vec<Self> {
+        vec![Self::new(first, middle), Self::new(middle, last)]
+    }
+
+    fn new(a: &Arc, b: &Arc) -> Self {
         let way = b.center() - a.center();
         let d = way.norm();
         let points = Points::of_circles(a, b);

@@ -1,15 +1,12 @@
 //! Which arc is meant.
 
-mod error;
-
 use crate::core::event::{Sonar, SonarId};
 use crate::core::geometry::{Vec2, unit};
 use crate::core::observer::Setting;
-use crate::core::pattern::glob_set;
+use crate::core::pattern::{PatternError, glob_set};
 use crate::core::tmam::arc::Arc;
 
-pub use self::error::QuestionError;
-use super::watch::Watch;
+use super::sequences::Sequences;
 
 /// What names an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,13 +46,13 @@ impl Question {
     /// When no arc does.
     pub fn answers(
         &self,
-        watch: &Watch,
+        sequences: &Sequences<'_>,
         setting: &Setting<'_>,
         origin_ns: i64,
     ) -> Result<Vec<Found>, QuestionError> {
-        let sonars = sonars(&self.sonars, watch, setting)?;
+        let sonars = sonars(&self.sonars, sequences, setting)?;
         let names = || sonars.iter().map(|(_, sonar)| sonar.name.clone()).collect();
-        let mut arcs: Vec<&Arc> = watch
+        let mut arcs: Vec<&Arc> = sequences
             .arcs()
             .filter(|arc| sonars.iter().any(|(id, _)| *id == arc.id.sonar))
             .collect();
@@ -86,7 +83,7 @@ impl Question {
         match self.which {
             Which::Frame(frame) => match arcs.iter().find(|arc| arc.id.frame == frame) {
                 Some(arc) => Ok(vec![found(arc)]),
-                None => Err(no_arc(watch, *id, sonar, frame)),
+                None => Err(no_arc(sequences, *id, sonar, frame)),
             },
             Which::Time(seconds) => {
                 let source = setting.source;
@@ -164,13 +161,13 @@ pub fn since(stamp_ns: i64, origin_ns: i64) -> f64 {
 /// When there is none.
 pub fn sonars<'a>(
     globs: &[String],
-    watch: &Watch,
+    sequences: &Sequences<'_>,
     setting: &Setting<'a>,
 ) -> Result<Vec<(SonarId, &'a Sonar)>, QuestionError> {
     let names = glob_set(globs)?;
     let seen = || {
-        let ids = watch.sequences.keys();
-        ids.filter_map(|id| Some((*id, setting.sonars.get(id.index())?)))
+        let ids = sequences.sonars();
+        ids.filter_map(|id| Some((id, setting.sonars.get(id.index())?)))
     };
     let matching: Vec<_> = seen()
         .filter(|(_, sonar)| {
@@ -198,16 +195,16 @@ fn distance(arc: &Arc, place: Vec2) -> f64 {
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-fn no_arc(watch: &Watch, id: SonarId, sonar: &Sonar, frame: u32) -> QuestionError {
-    if frame >= watch.frames {
+fn no_arc(sequences: &Sequences<'_>, id: SonarId, sonar: &Sonar, frame: u32) -> QuestionError {
+    if frame >= sequences.frames {
         return QuestionError::NoSuchFrame {
             frame,
-            last: watch.frames.saturating_sub(1),
+            last: sequences.frames.saturating_sub(1),
         };
     }
-    let sequence = watch.sequence(id);
+    let sequence = sequences.of(id);
     let fired = sequence.iter().any(|given| given.frame == frame);
-    let arcs = || sequence.iter().filter(|given| given.arc.is_some());
+    let arcs = || sequence.iter().filter(|given| given.report.is_some());
     let before = arcs().rfind(|given| given.frame < frame);
     let after = arcs().find(|given| given.frame > frame);
     let near = match (before, after) {
@@ -232,6 +229,94 @@ fn no_arc(watch: &Watch, id: SonarId, sonar: &Sonar, frame: u32) -> QuestionErro
         },
         near,
     }
+}
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum QuestionError {
+    /// No sonar has such a name.
+    #[error("no sonar matches {}; the log has {}", asked.join(", "), sonars.join(", "))]
+    NoSuchSonar {
+        /// What was asked for.
+        asked: Vec<String>,
+        /// The log's sonars that have entries.
+        sonars: Vec<String>,
+    },
+    /// A frame or a time alone does not name an arc.
+    #[error(
+        "--frame and --time name an arc of one sonar: give it with --sensor NAME. Of those asked for, \
+         the log has {}", sonars.join(", ")
+    )]
+    WhichSonar {
+        /// Those that match.
+        sonars: Vec<String>,
+    },
+    /// There is no such frame.
+    #[error("there is no frame {frame}: the replay has frames 0 to {last}")]
+    NoSuchFrame {
+        /// Asked for.
+        frame: u32,
+        /// The last one.
+        last: u32,
+    },
+    /// The frame holds no echo of the sonar.
+    #[error("{sonar} has no arc in frame {frame}: {why}{near}")]
+    NoArc {
+        /// The sonar.
+        sonar: String,
+        /// The frame.
+        frame: u32,
+        /// Nothing came back, or it did not fire.
+        why: &'static str,
+        /// The arcs around it.
+        near: String,
+    },
+    /// The log does not last that long.
+    #[error(
+        "--time {seconds:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
+         log's first reading"
+    )]
+    OutsideTime {
+        /// Asked for.
+        seconds: f64,
+        /// The replay's first reading.
+        from: f64,
+        /// Its last one.
+        to: f64,
+    },
+    /// Nothing was measured there.
+    #[error(
+        "no arc passes near {x},{y}: the nearest, of {sonar} in frame {frame}, passes {distance:.2} m from \
+         it, and the longest echo is {reach:.2} m. The sonars were between {low} and {high}, metres in \
+         the odometry frame"
+    )]
+    FarAway {
+        /// Asked for, metres.
+        x: f64,
+        /// Asked for, metres.
+        y: f64,
+        /// Whose arc is nearest.
+        sonar: String,
+        /// Its frame.
+        frame: u32,
+        /// How far it passes, metres.
+        distance: f64,
+        /// Of the sonars asked for, metres.
+        reach: f64,
+        /// Where the sonars were, as one types it.
+        low: String,
+        /// See `low`.
+        high: String,
+    },
+    /// Not one echo.
+    #[error("{} gave no echo in the whole replay, so there is no arc to explain", sonars.join(", "))]
+    NoEcho {
+        /// The sonars.
+        sonars: Vec<String>,
+    },
+    /// A glob.
+    #[error(transparent)]
+    Glob(#[from] PatternError),
 }
 
 #[cfg(test)]

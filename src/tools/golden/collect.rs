@@ -1,156 +1,115 @@
-//! Gathers, while a replay runs, what a golden file holds.
+//! What a golden file holds of a replay.
 
 use std::collections::BTreeMap;
 
 use super::range_noise::RangeNoise;
 use super::results::{Feature, LabelledArc, Labels, Margin, Mark, Measured, Results, micro};
 use crate::core::event::{Sonar, SonarId};
-use crate::core::frames::Frame;
-use crate::core::observer::{Observer, ObserverError};
 use crate::core::replay::Outcome;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::feature::{Action, Extraction, MapFeature, Shape};
-use crate::core::tmam::step::Step;
-use crate::core::tmam::triple::{Label, Verdict};
+use crate::core::tmam::label::Label;
+use crate::core::tmam::report::ArcReport;
 
-/// An observer that keeps the label of every arc.
-#[derive(Debug)]
-pub struct Collector {
-    sonars: Vec<Sonar>,
-    /// Number and sum of the ranges of each sonar's arcs.
-    ranges: BTreeMap<SonarId, (u32, f64)>,
-    stamps: BTreeMap<ArcId, i64>,
-    labels: Labels,
-}
-
-impl Collector {
-    /// A collector that has seen nothing yet.
-    pub fn new(sonars: &[Sonar]) -> Self {
-        Self {
-            sonars: sonars.to_vec(),
-            ranges: BTreeMap::new(),
-            stamps: BTreeMap::new(),
-            labels: Labels::default(),
+/// The results of a replay of these sonars.
+pub fn results(sonars: &[Sonar], outcome: &Outcome) -> Results {
+    let mut spans = BTreeMap::<u32, [u32; 2]>::new();
+    for extraction in &outcome.extractions {
+        if let (Some(feature), Some([first, last])) = (extraction.map_feature, frames(extraction)) {
+            let span = spans.entry(feature.id).or_insert([first, last]);
+            *span = [span[0].min(first), span[1].max(last)];
         }
     }
-
-    /// What the replay came to.
-    pub fn finish(mut self, outcome: &Outcome) -> Results {
-        for arcs in self.labels.sonars.values_mut() {
-            arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
-        }
-        self.labels.measured = self.measured();
-        let mut spans = BTreeMap::<u32, [u32; 2]>::new();
-        for extraction in &outcome.extractions {
-            if let (Some(feature), Some([first, last])) =
-                (extraction.map_feature, frames(extraction))
-            {
-                let span = spans.entry(feature.id).or_insert([first, last]);
-                *span = [span[0].min(first), span[1].max(last)];
-            }
-        }
-        Results {
-            map: outcome
-                .map
-                .iter()
-                .map(|feature| registered(feature, spans.get(&feature.id).copied()))
-                .collect(),
-            extracted: outcome
-                .extractions
-                .iter()
-                .map(|extraction| self.extracted(extraction))
-                .collect(),
-            labels: Some(self.labels),
-            noise: RangeNoise::Unknown,
-        }
-    }
-
-    fn measured(&self) -> BTreeMap<String, Measured> {
-        let of = |(id, (count, sum)): (&SonarId, &(u32, f64))| {
-            let sonar = self.sonars.get(id.index())?;
-            let mount = sonar.robot_from_sensor;
-            let measured = Measured {
-                mount: [mount.x, mount.y, mount.yaw].map(micro),
-                mean_range: micro(sum / f64::from(*count)),
-            };
-            Some((sonar.name.clone(), measured))
-        };
-        self.ranges.iter().filter_map(of).collect()
-    }
-
-    fn sonar(&self, arc: Option<&ArcId>) -> Option<String> {
-        self.sonars
-            .get(arc?.sonar.index())
-            .map(|sonar| sonar.name.clone())
-    }
-
-    fn extracted(&self, extraction: &Extraction) -> Feature {
-        let fate = match extraction.action {
-            Action::Registered(_) => "registered",
-            Action::Merged(_) => "merged",
-            Action::Rejected(why) => why.name(),
-        };
-        let mut feature = match &extraction.shape {
-            Some(shape) => shaped(shape),
-            None => Feature::new(extraction.kind, None),
-        };
-        feature.id = extraction.id;
-        feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
-        feature.frames = frames(extraction);
-        feature.sensor = self.sonar(extraction.associated.first());
-        feature.fate = Some(fate.to_owned());
-        feature
-    }
-
-    fn take(&mut self, step: &Step) {
-        self.stamps
-            .extend(step.arcs.iter().map(|arc| (arc.id, arc.stamp_ns)));
-        for arc in &step.arcs {
-            let (count, sum) = self.ranges.entry(arc.id.sonar).or_default();
-            *count += 1;
-            *sum += arc.range;
-        }
-        for verdict in &step.verdicts {
-            let Some(stamp_ns) = self.stamps.remove(&verdict.arc) else {
-                continue;
-            };
-            let sonar = self.sonar(Some(&verdict.arc)).unwrap_or_default();
-            self.labels
-                .sonars
-                .entry(sonar)
-                .or_default()
-                .push(labelled(verdict, stamp_ns));
-        }
+    let map = outcome.map.iter();
+    Results {
+        map: map
+            .map(|feature| registered(feature, spans.get(&feature.id).copied()))
+            .collect(),
+        extracted: outcome
+            .extractions
+            .iter()
+            .map(|extraction| extracted(extraction, sonars))
+            .collect(),
+        labels: Some(labels(sonars, outcome)),
+        noise: RangeNoise::Unknown,
     }
 }
 
-impl Observer for Collector {
-    fn frame(&mut self, frame: &Frame, step: &Step) -> Result<(), ObserverError> {
-        self.labels.frame_stamps.push(frame.stamp_ns);
-        self.take(step);
-        Ok(())
+/// The label of every arc.
+pub fn labels(sonars: &[Sonar], outcome: &Outcome) -> Labels {
+    let mut labels = Labels {
+        frame_stamps: outcome.frame_stamps.clone(),
+        measured: measured(sonars, outcome),
+        ..Labels::default()
+    };
+    for report in &outcome.reports {
+        let sonar = name(sonars, Some(&report.arc.id)).unwrap_or_default();
+        let arcs = labels.sonars.entry(sonar).or_default();
+        arcs.push(labelled(report));
     }
-
-    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        Ok(())
+    for arcs in labels.sonars.values_mut() {
+        arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
     }
+    labels
 }
 
-fn labelled(verdict: &Verdict, stamp_ns: i64) -> LabelledArc {
+/// Mount and mean range of each sonar that gave an arc.
+fn measured(sonars: &[Sonar], outcome: &Outcome) -> BTreeMap<String, Measured> {
+    let mut ranges = BTreeMap::<SonarId, (u32, f64)>::new();
+    for report in &outcome.reports {
+        let (count, sum) = ranges.entry(report.arc.id.sonar).or_default();
+        *count += 1;
+        *sum += report.arc.range;
+    }
+    let of = |(id, (count, sum)): (&SonarId, &(u32, f64))| {
+        let sonar = sonars.get(id.index())?;
+        let mount = sonar.robot_from_sensor;
+        let measured = Measured {
+            mount: [mount.x, mount.y, mount.yaw].map(micro),
+            mean_range: micro(sum / f64::from(*count)),
+        };
+        Some((sonar.name.clone(), measured))
+    };
+    ranges.iter().filter_map(of).collect()
+}
+
+fn name(sonars: &[Sonar], arc: Option<&ArcId>) -> Option<String> {
+    let sonar = sonars.get(arc?.sonar.index())?;
+    Some(sonar.name.clone())
+}
+
+fn extracted(extraction: &Extraction, sonars: &[Sonar]) -> Feature {
+    let fate = match extraction.action {
+        Action::Registered(_) => "registered",
+        Action::Merged(_) => "merged",
+        Action::Rejected(why) => why.name(),
+    };
+    let mut feature = match &extraction.shape {
+        Some(shape) => shaped(shape),
+        None => Feature::new(extraction.kind, None),
+    };
+    feature.id = extraction.id;
+    feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
+    feature.frames = frames(extraction);
+    feature.sensor = name(sonars, extraction.associated.first());
+    feature.fate = Some(fate.to_owned());
+    feature
+}
+
+fn labelled(report: &ArcReport) -> LabelledArc {
     LabelledArc {
-        stamp_ns,
-        mark: match verdict.label {
+        stamp_ns: report.arc.stamp_ns,
+        mark: match report.label {
             Label::Contact => Mark::Contact,
             Label::Intersection => Mark::Intersection,
             Label::Unidentified(_) => Mark::Unidentified,
         },
-        frame: Some(verdict.arc.frame),
-        margin: verdict
+        frame: Some(report.arc.id.frame),
+        margin: report
             .margin
             .map(Margin::Angle)
-            .or(verdict.chi2_margin.map(Margin::Chi2)),
-        reason: verdict.label.reason().map(|reason| reason.name()),
+            .or(report.chi2_margin.map(Margin::Chi2)),
+        reason: report.label.reason().map(|reason| reason.name()),
     }
 }
 

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use super::collect::Collector;
+use super::collect;
 use super::error::GoldenError;
 use super::file::LogInfo;
 use super::range_noise::RangeNoise;
 use super::results::Results;
 use crate::core::config::Config;
 use crate::core::log::Log;
-use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::log;
 
@@ -34,14 +33,10 @@ pub fn replay(path: &Path, config: &Config) -> Result<Replayed, GoldenError> {
     let log = log::read(path, config)?;
     let (results, echoes) = {
         let replay = Replay::new(&log, config)?;
-        let mut collector = Collector::new(&log.events.sonars);
-        let outcome = {
-            let mut observers: Vec<&mut dyn Observer> = vec![&mut collector];
-            replay.run(&mut observers)?
-        };
+        let outcome = replay.run(&mut [])?;
         let results = Results {
             noise: RangeNoise::of(outcome.variance_from, replay.config()),
-            ..collector.finish(&outcome)
+            ..collect::results(&log.events.sonars, &outcome)
         };
         (results, outcome.tally.echoes)
     };

@@ -5,16 +5,15 @@ use std::borrow::Cow;
 
 use super::axes::Axis;
 use super::configured::{Configured, value};
-use super::score::{Score, TruthScore, Watcher};
+use super::score::{Score, TruthScore};
 use super::{Plan, SweepError, TruthSource};
 use crate::core::config::Config;
 use crate::core::log::Log;
-use crate::core::observer::Observer;
 use crate::core::replay::{Replay, ReplayError};
 use crate::io::config::file::ConfigError;
 use crate::io::log::truth::RecordedTruth;
 use crate::io::log::{Gathered, LogError};
-use crate::tools::evaluate::{Scorer, Truth, TruthError};
+use crate::tools::evaluate::{Evaluation, Truth, TruthError};
 
 /// Why a cell could not be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -155,19 +154,10 @@ impl<'a> Runner<'a> {
         recorded: &RecordedTruth,
     ) -> Result<Score, CellError> {
         let replay = Replay::new(log, config)?;
-        let prediction = replay.prediction();
-        let mut watcher = Watcher::new(&prediction);
-        let Some(truth) = self.truth(&replay, recorded)? else {
-            let outcome = replay.run_with_prediction(prediction.clone(), &mut [&mut watcher])?;
-            return Ok(watcher.score(&outcome));
-        };
-        let mut scorer = Scorer::new(&truth);
-        let observers: &mut [&mut dyn Observer] = &mut [&mut watcher, &mut scorer];
-        let outcome = replay.run_with_prediction(prediction.clone(), observers)?;
-        Ok(Score {
-            truth: Some(TruthScore::new(&scorer.evaluate(&outcome))),
-            ..watcher.score(&outcome)
-        })
+        let truth = self.truth(&replay, recorded)?;
+        let outcome = replay.run(&mut [])?;
+        let truth = truth.map(|truth| TruthScore::new(&Evaluation::new(&truth, &outcome)));
+        Ok(Score::new(&outcome, truth))
     }
 
     fn truth(

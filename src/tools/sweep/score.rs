@@ -7,12 +7,8 @@
 
 use std::f64::consts::{LOG2_E, TAU};
 
-use crate::core::frames::Frame;
-use crate::core::observer::{Observer, ObserverError};
 use crate::core::replay::Outcome;
 use crate::core::tmam::feature::{Action, Kind, Status};
-use crate::core::tmam::prediction::MapPrediction;
-use crate::core::tmam::step::Step;
 use crate::tools::evaluate::Evaluation;
 
 /// To what a reading is written down, metres.
@@ -92,45 +88,42 @@ impl Score {
     }
 }
 
-/// Watches a replay and holds its arcs against the noise-aware map.
-#[derive(Debug)]
-pub struct Watcher<'w> {
-    prediction: &'w MapPrediction,
+/// How the noise-aware map explains arcs.
+#[derive(Debug, Default)]
+struct Explained {
     arcs: u64,
     explained: u64,
     chi2: f64,
     bits: f64,
 }
 
-impl<'w> Watcher<'w> {
-    /// One that has seen nothing yet.
-    pub fn new(prediction: &'w MapPrediction) -> Self {
-        Self {
-            prediction,
-            arcs: 0,
-            explained: 0,
-            chi2: 0.0,
-            bits: 0.0,
-        }
-    }
-
-    fn take(&mut self, step: &Step) {
+impl Explained {
+    fn of(outcome: &Outcome) -> Self {
+        let mut all = Self::default();
         let unexplained = libm::log2(SPAN / PRECISION);
-        for arc in &step.arcs {
-            self.arcs += 1;
-            let bits = self.prediction.fit(arc).map_or(unexplained, |fit| {
-                self.explained += 1;
-                self.chi2 += fit.chi2();
-                let width = (TAU * fit.variance).sqrt() / PRECISION;
-                libm::log2(width) + fit.chi2() / 2.0 * LOG2_E
-            });
-            self.bits += bits.clamp(0.0, unexplained);
+        for report in &outcome.reports {
+            all.arcs += 1;
+            let bits = outcome
+                .prediction
+                .fit(&report.arc)
+                .map_or(unexplained, |fit| {
+                    all.explained += 1;
+                    all.chi2 += fit.chi2();
+                    let width = (TAU * fit.variance).sqrt() / PRECISION;
+                    libm::log2(width) + fit.chi2() / 2.0 * LOG2_E
+                });
+            all.bits += bits.clamp(0.0, unexplained);
         }
+        all
     }
+}
 
-    /// The score of the replay that was watched to its end.
-    pub fn score(&self, outcome: &Outcome) -> Score {
-        let map = self.prediction.features() as f64 * FEATURE * libm::log2(SPAN / PRECISION);
+impl Score {
+    /// The score of a replay.
+    pub fn new(outcome: &Outcome, truth: Option<TruthScore>) -> Self {
+        let known = Explained::of(outcome);
+        let features = outcome.prediction.features() as f64;
+        let map = features * FEATURE * libm::log2(SPAN / PRECISION);
         let mean = |sum: f64, count: u64| (count > 0).then(|| sum / count as f64);
         let confirmed = |kind| {
             let features = outcome.map.iter();
@@ -146,31 +139,19 @@ impl<'w> Watcher<'w> {
                 readings += count as u64;
             }
         }
-        Score {
+        Self {
             frames: outcome.frames.into(),
-            arcs: self.arcs,
+            arcs: known.arcs,
             contact: outcome.labelled("contact"),
             intersection: outcome.labelled("intersection"),
             suspects: outcome.suspects,
             lines: confirmed(Kind::Line),
             points: confirmed(Kind::Point),
             rms: mean(squares, readings).map(f64::sqrt),
-            explained: self.explained,
-            chi2: mean(self.chi2, self.explained),
-            bits: mean(self.bits + map, self.arcs),
-            truth: None,
+            explained: known.explained,
+            chi2: mean(known.chi2, known.explained),
+            bits: mean(known.bits + map, known.arcs),
+            truth,
         }
-    }
-}
-
-impl Observer for Watcher<'_> {
-    fn frame(&mut self, _: &Frame, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        Ok(())
-    }
-
-    fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
-        self.take(step);
-        Ok(())
     }
 }

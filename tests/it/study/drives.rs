@@ -10,7 +10,7 @@ use tmam_replay::core::world::World;
 use tmam_replay::io::config::file::parse;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
-use tmam_replay::tools::evaluate::{Evaluation, Truth, evaluate};
+use tmam_replay::tools::evaluate::{Evaluation, Truth};
 use tmam_replay::tools::simulate::{
     Driving, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
 };
@@ -173,8 +173,8 @@ pub fn run(case: Case, seeds: RangeInclusive<u64>, rules: &Rules) -> Vec<Vec<Eva
         for ((_, config), scores) in rules.0.iter().zip(&mut scores) {
             let replay = Replay::new(&log, config).unwrap();
             let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
-            let (_, evaluation) = evaluate(&replay, &truth).unwrap();
-            scores.push(evaluation);
+            let outcome = replay.run(&mut []).unwrap();
+            scores.push(Evaluation::new(&truth, &outcome));
         }
     }
     scores

@@ -1,9 +1,10 @@
 use super::*;
-use crate::core::config::Rule;
+use crate::core::config;
 use crate::core::event::SonarId;
 use crate::core::geometry::Pose2;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::Kind;
+use crate::core::tmam::label::{Kind, Reason};
+use crate::core::tmam::rule::PaperRule;
 
 /// Along x at 10 cm a step and a step a second, looking left at a wall 2 m away.
 fn wall(frame: u32) -> Arc {
@@ -20,21 +21,21 @@ fn wall(frame: u32) -> Arc {
     }
 }
 
+/// The labels by frame, and the runs that closed.
 fn decide(entries: impl IntoIterator<Item = Option<Arc>>) -> (Vec<(u32, Label)>, Vec<Run>) {
-    let config = Config::with_rule(Rule::Paper);
+    let config = Config::with_rule(config::Rule::Paper);
     let gate = Gate::new(config.opinion.gate);
-    let mut stream = Stream::default();
-    let mut progress: Vec<Progress> = entries
-        .into_iter()
-        .map(|entry| stream.push(entry, &config, &gate))
-        .collect();
-    progress.push(stream.finish(&config, &gate));
-    let verdicts = progress.iter().flat_map(|p| &p.verdicts);
-    let labels = verdicts.map(|v| (v.arc.frame, v.label)).collect();
-    (
-        labels,
-        progress.into_iter().flat_map(|p| p.closed).collect(),
-    )
+    let (mut stream, mut runs) = (Stream::default(), Vec::new());
+    for next in entries.into_iter().chain([None]) {
+        stream.triple(next, &config, &gate);
+        stream.window(next, &config, &gate);
+        while let Some((report, decision)) = stream.label(&PaperRule) {
+            runs.extend(stream.run(&PaperRule, &report, &decision));
+        }
+    }
+    let reports = stream.into_reports();
+    let labels = reports.iter().map(|r| (r.arc.id.frame, r.label)).collect();
+    (labels, runs)
 }
 
 const MISSING: Label = Label::Unidentified(Reason::Missing);

@@ -1,6 +1,7 @@
 use super::*;
 use crate::core::event::SonarId;
 use crate::core::geometry::{Pose2, Vec2, unit};
+use crate::core::tmam::arc::ArcId;
 use proptest::prelude::*;
 
 const BEAM: f64 = 22.5 * std::f64::consts::PI / 180.0;
@@ -27,9 +28,26 @@ fn triple(travel: f64, yaw: f64, range: impl Fn(Vec2) -> f64) -> [Arc; 3] {
     })
 }
 
-fn evidence(arcs: &[Arc; 3]) -> (Label, Angles) {
+/// The paper's rule on two pairs: the label with its margin, and the angles.
+fn rule(before: Points, after: Points, bounds: &Triple) -> (Label, f64, Angles) {
+    let angles = Angles::between(&[before, after], BEAM);
+    let (label, margin) = angles.label(bounds);
+    (label, margin, angles)
+}
+
+fn of(arcs: &[Arc; 3], bounds: &Triple) -> (Label, f64, Angles) {
     let [a, b, c] = arcs;
-    judge(Points::of(a, b), Points::of(b, c), BEAM, &Triple::default())
+    rule(Points::of(a, b), Points::of(b, c), bounds)
+}
+
+fn turns(a: &Arc, b: &Arc, c: &Arc, bounds: &Triple) -> bool {
+    let config = Config {
+        triple: bounds.clone(),
+        ..Config::default()
+    };
+    let ways = [Way::between(a, b), Way::between(b, c)];
+    let found = obstacle(&ways[0], &ways[1], bend(&[*a, *b, *c]), &config);
+    found == Some(Reason::Turning)
 }
 
 proptest! {
@@ -37,7 +55,7 @@ proptest! {
     fn theorem_2_2_one_tangent_has_identical_contact_points(travel in -3.0..3.0, off in 0.4..2.7, tilt in -0.15..0.15, rho in 0.5..5.0) {
         let normal = travel + off;
         let arcs = triple(travel, normal + tilt, |s| rho - unit(normal).dot(&s));
-        let (label, found) = evidence(&arcs);
+        let (label, _, found) = of(&arcs, &Triple::default());
         prop_assert!(found.theta_c < 1e-6, "theta_c {}", found.theta_c);
         prop_assert!(found.theta_i >= 0.0);
         prop_assert_eq!(label, Label::Contact);
@@ -49,7 +67,7 @@ proptest! {
         let arcs = triple(travel, travel + off + tilt, |s| (p - s).norm());
         let held = |a: &Arc| a.beam_holds(direction(p - a.center()));
         prop_assume!(arcs.iter().all(held));
-        let (label, found) = evidence(&arcs);
+        let (label, _, found) = of(&arcs, &Triple::default());
         prop_assert!(found.theta_i < 1e-6, "theta_i {}", found.theta_i);
         prop_assert_eq!(label, Label::Intersection);
     }
@@ -57,10 +75,10 @@ proptest! {
     #[test]
     fn theorem_2_1_a_common_tangent_excludes_a_common_intersection(travel in -3.0..3.0, off in 0.5..2.6, rho in 0.5..5.0f64) {
         let on_line = triple(travel, travel + off, |s| rho - unit(travel + off).dot(&s));
-        prop_assert!(evidence(&on_line).1.theta_i > 1e-4);
+        prop_assert!(of(&on_line, &Triple::default()).2.theta_i > 1e-4);
         let p = unit(travel) * 0.12 + unit(travel + off) * rho;
         let at_point = triple(travel, travel + off, |s| (p - s).norm());
-        prop_assert!(evidence(&at_point).1.theta_c > 1e-4);
+        prop_assert!(of(&at_point, &Triple::default()).2.theta_c > 1e-4);
     }
 
     #[test]
@@ -69,25 +87,19 @@ proptest! {
         for (arc, e) in arcs.iter_mut().zip(noise) {
             arc.range += e;
         }
-        let (label, found) = evidence(&arcs);
-        prop_assert!(found.margin >= 0.0);
+        let (label, margin, _) = of(&arcs, &Triple::default());
+        prop_assert!(margin >= 0.0);
         // Moving gamma by less than the margin changes nothing.
-        let [a, b, c] = &arcs;
-        let moved = Triple { gamma: Triple::default().gamma - 0.999 * found.margin, ..Triple::default() };
+        let moved = Triple { gamma: Triple::default().gamma - 0.999 * margin, ..Triple::default() };
         if label == Label::Contact || label == Label::Intersection {
-            prop_assert_eq!(judge(Points::of(a, b), Points::of(b, c), BEAM, &moved).0, label);
+            prop_assert_eq!(of(&arcs, &moved).0, label);
         }
     }
 }
 
 #[test]
 fn without_points_both_angles_are_the_beam_width() {
-    let (label, found) = judge(
-        Points::default(),
-        Points::default(),
-        BEAM,
-        &Triple::default(),
-    );
+    let (label, _, found) = rule(Points::default(), Points::default(), &Triple::default());
     assert_eq!(label, Label::Unidentified(Reason::NoPoints));
     assert_eq!((found.theta_c, found.theta_i), (BEAM, BEAM));
 }
@@ -112,7 +124,7 @@ fn points_on_opposite_sides_are_never_compared() {
         contact: [None, at(0.1)],
         intersection: [at(0.2), None],
     };
-    let (label, _) = judge(before, after, BEAM, &Triple::default());
+    let (label, ..) = rule(before, after, &Triple::default());
     assert_eq!(label, Label::Unidentified(Reason::NoPoints));
 }
 
@@ -124,12 +136,12 @@ fn the_reasons_of_an_undecided_triple() {
     };
     let zero = points(at(0.0), at(0.0));
     let bounds = Triple::default();
-    let (label, _) = judge(zero, points(at(0.2), at(0.3)), BEAM, &bounds);
+    let (label, ..) = rule(zero, points(at(0.2), at(0.3)), &bounds);
     assert_eq!(label, Label::Unidentified(Reason::Wide));
-    let (label, found) = judge(zero, points(at(0.1), at(0.12)), BEAM, &bounds);
+    let (label, margin, _) = rule(zero, points(at(0.1), at(0.12)), &bounds);
     assert_eq!(label, Label::Unidentified(Reason::Ambiguous));
     assert!(
-        (found.margin - 0.04).abs() < 1e-12,
+        (margin - 0.04).abs() < 1e-12,
         "contact lacks 0.1 - 0.5 * 0.12"
     );
 }

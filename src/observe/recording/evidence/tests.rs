@@ -43,19 +43,17 @@ fn the_evidence_of_every_arc_is_at_its_place_among_the_arcs() {
 
     let config = Config::default();
     let mut tmam = Tmam::new(&config);
-    let mut judgements = Vec::new();
     for frame in &frames {
-        judgements.extend(tmam.step(frame).judgements);
+        tmam.step(frame);
     }
-    judgements.extend(tmam.finish().judgements);
-    judgements.sort_by_key(|judgement| judgement.arc.id);
+    let reports = tmam.finish().reports;
     let mut expected: BTreeMap<(i64, usize), &ArcReport> = BTreeMap::new();
-    for judgement in &judgements {
-        let frame = i64::from(judgement.arc.id.frame);
+    for report in &reports {
+        let frame = i64::from(report.arc.id.frame);
         let place = expected.range((frame, 0)..=(frame, usize::MAX)).count();
-        expected.insert((frame, place), judgement);
+        expected.insert((frame, place), report);
     }
-    assert!(judgements.iter().any(|judgement| judgement.run.is_some()));
+    assert!(reports.iter().any(|report| report.run.is_some()));
 
     let word = |of: fn(&ArcReport) -> Option<&'static str>| -> BTreeMap<_, _> {
         let words = expected.iter();
@@ -63,32 +61,29 @@ fn the_evidence_of_every_arc_is_at_its_place_among_the_arcs() {
             .map(|(at, j)| (*at, of(j).map(str::to_owned)))
             .collect()
     };
-    assert_eq!(
-        words(&bytes, "label"),
-        word(|j| Some(j.verdict.label.name()))
-    );
+    assert_eq!(words(&bytes, "label"), word(|j| Some(j.label.name())));
     assert_eq!(
         words(&bytes, "reason"),
-        word(|j| Some(j.verdict.label.reason()?.name()))
+        word(|j| Some(j.label.reason()?.name()))
     );
     assert_eq!(
         words(&bytes, "run_opinion"),
-        word(|j| Some(j.run?.opinion.support.name()))
+        word(|j| Some(j.run?.test.support.name()))
     );
     let names = words(&bytes, "sensor");
-    for (at, judgement) in &expected {
-        let name = &sonars[judgement.arc.id.sonar.index()].name;
+    for (at, report) in &expected {
+        let name = &sonars[report.arc.id.sonar.index()].name;
         assert_eq!(names[at].as_ref(), Some(name));
     }
     let features = read(&bytes, "feature", |a: &UInt32Array, at| a.value(at));
     let numbers = |name: &str| read(&bytes, name, |a: &Float32Array, at| a.value(at));
     let (theta_c, chi2) = (numbers("theta_c"), numbers("chi2_point"));
-    for (at, judgement) in &expected {
-        assert_eq!(features[at], judgement.run.map(|run| run.extraction));
-        let evidence = judgement.verdict.evidence;
-        let angle = evidence.map(|e| rounded(e.angles.theta_c) as f32);
+    for (at, report) in &expected {
+        assert_eq!(features[at], report.run.map(|run| run.extraction));
+        let triple = report.triple;
+        let angle = triple.map(|t| rounded(t.angles.theta_c) as f32);
         assert_eq!(theta_c[at], angle);
-        let of_point = evidence.map(|e| e.opinion.chi2_point);
+        let of_point = triple.map(|t| t.test.chi2_point);
         let of_point = of_point.filter(|chi2| chi2.is_finite());
         assert_eq!(chi2[at], of_point.map(|chi2| rounded(chi2) as f32));
     }

@@ -13,7 +13,7 @@ use crate::core::frames::{Echo, Entry, Frame};
 use crate::core::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::core::observer::{Observer as _, Setting, Source};
 use crate::core::tmam::Tmam;
-use crate::core::tmam::triple::Verdict;
+use crate::core::tmam::report::ArcReport;
 use crate::observe::drawing::Overlay;
 use crate::observe::recording::Recording;
 
@@ -106,7 +106,7 @@ pub fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> 
         .collect()
 }
 
-pub fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<Verdict>) {
+pub fn record(sonars: &[Sonar], frames: &[Frame]) -> (Vec<u8>, Vec<ArcReport>) {
     record_under(Overlay::default(), sonars, frames)
 }
 
@@ -114,7 +114,7 @@ pub fn record_under(
     overlay: Overlay,
     sonars: &[Sonar],
     frames: &[Frame],
-) -> (Vec<u8>, Vec<Verdict>) {
+) -> (Vec<u8>, Vec<ArcReport>) {
     let config = Config::default();
     let source = Source {
         file: "room.mcap".to_owned(),
@@ -134,17 +134,14 @@ pub fn record_under(
     let mut tmam = Tmam::new(&config);
     let mut bytes = Vec::new();
     let mut recording = Recording::new(Some(&mut bytes), None, setting, overlay).unwrap();
-    let mut verdicts = Vec::new();
     for frame in frames {
         let step = tmam.step(frame);
-        verdicts.extend_from_slice(&step.verdicts);
         recording.frame(frame, &step).unwrap();
     }
     let step = tmam.finish();
-    verdicts.extend_from_slice(&step.verdicts);
     recording.finish(&step).unwrap();
     recording.close(None).unwrap();
-    (bytes, verdicts)
+    (bytes, step.reports)
 }
 
 /// The chunks of a file by entity, in file order, of one kind of store.

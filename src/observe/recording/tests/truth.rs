@@ -12,7 +12,7 @@ use crate::io::log::read_with_truth_in;
 use crate::observe::recording::Recording;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::evaluate::{Truth, evaluate};
+use crate::tools::evaluate::{Evaluation, Truth};
 use crate::tools::simulate::{Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise};
 
 fn room() -> Vec<u8> {
@@ -57,7 +57,8 @@ fn every_wrong_label_is_marked_in_its_frame_and_every_feature_too_many_at_the_en
     let (log, recorded) = read_with_truth_in(Cursor::new(room()), "room.mcap", &config).unwrap();
     let replay = Replay::new(&log, &config).unwrap();
     let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
-    let (outcome, evaluation) = evaluate(&replay, &truth).unwrap();
+    let outcome = replay.run(&mut []).unwrap();
+    let evaluation = Evaluation::new(&truth, &outcome);
     let record = || {
         let setting = replay.setting();
         let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);

@@ -1,0 +1,114 @@
+//! What an arc belongs to, or why that cannot be told.
+
+/// Line or point, where the shape itself may be unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A line segment.
+    Line,
+    /// A point.
+    Point,
+}
+
+/// What an arc belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Label {
+    /// A line.
+    Contact,
+    /// A point.
+    Intersection,
+    /// Neither could be told.
+    Unidentified(Reason),
+}
+
+/// Why an arc is unidentified, in the order in which the reasons are tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reason {
+    /// No echo before or after it in the sonar's sequence.
+    Missing,
+    /// A neighbour too far in time or distance.
+    Gap,
+    /// The robot turned, or its path bent.
+    Turning,
+    /// No two points on a common side, neither contact nor intersection points.
+    NoPoints,
+    /// The smaller angle is not below gamma.
+    Wide,
+    /// The ratio of the angles lies between alpha and beta; under the noise-aware rule, both a line
+    /// and a point explain all the readings that there are.
+    Ambiguous,
+    /// Under the noise-aware rule: the readings around it come from different targets.
+    Neither,
+}
+
+impl Kind {
+    /// `line` or `point`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Point => "point",
+        }
+    }
+
+    /// The label of its arcs.
+    pub fn label(self) -> Label {
+        match self {
+            Self::Line => Label::Contact,
+            Self::Point => Label::Intersection,
+        }
+    }
+}
+
+impl Label {
+    /// `contact`, `intersection` or `unidentified`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Contact => "contact",
+            Self::Intersection => "intersection",
+            Self::Unidentified(_) => "unidentified",
+        }
+    }
+
+    /// The kind of feature that the arc belongs to.
+    pub fn kind(self) -> Option<Kind> {
+        match self {
+            Self::Contact => Some(Kind::Line),
+            Self::Intersection => Some(Kind::Point),
+            Self::Unidentified(_) => None,
+        }
+    }
+
+    /// Why, for an unidentified arc.
+    pub fn reason(self) -> Option<Reason> {
+        match self {
+            Self::Unidentified(reason) => Some(reason),
+            Self::Contact | Self::Intersection => None,
+        }
+    }
+}
+
+impl Reason {
+    /// Every reason, in the order in which they are tried.
+    pub const ALL: [Self; 7] = [
+        Self::Missing,
+        Self::Gap,
+        Self::Turning,
+        Self::NoPoints,
+        Self::Wide,
+        Self::Ambiguous,
+        Self::Neither,
+    ];
+
+    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous` or
+    /// `neither`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Missing => "missing",
+            Self::Gap => "gap",
+            Self::Turning => "turning",
+            Self::NoPoints => "no-points",
+            Self::Wide => "wide",
+            Self::Ambiguous => "ambiguous",
+            Self::Neither => "neither",
+        }
+    }
+}

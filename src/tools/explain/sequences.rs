@@ -1,0 +1,73 @@
+//! A replay, sonar by sonar.
+
+use std::collections::BTreeMap;
+
+use crate::core::event::SonarId;
+use crate::core::replay::{Outcome, Replay};
+use crate::core::tmam::arc::{Arc, ArcId};
+use crate::core::tmam::report::ArcReport;
+
+/// What a sonar gave a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Given<'a> {
+    pub frame: u32,
+    /// The echo; `None` where nothing came back.
+    pub report: Option<&'a ArcReport>,
+}
+
+/// Every sonar's entries, in order.
+#[derive(Debug)]
+pub struct Sequences<'a> {
+    sonars: BTreeMap<SonarId, Vec<Given<'a>>>,
+    reports: &'a [ArcReport],
+    /// Frames opened.
+    pub frames: u32,
+}
+
+impl<'a> Sequences<'a> {
+    /// The sequences of a replay.
+    pub fn new(replay: &Replay<'_>, outcome: &'a Outcome) -> Self {
+        let reports = outcome.reports.as_slice();
+        let mut sonars = BTreeMap::<SonarId, Vec<Given<'a>>>::new();
+        for frame in replay.frames() {
+            for entry in &frame.entries {
+                let id = ArcId {
+                    frame: frame.index,
+                    sonar: entry.sonar,
+                };
+                let at = reports.binary_search_by_key(&id, |report| report.arc.id);
+                sonars.entry(entry.sonar).or_default().push(Given {
+                    frame: frame.index,
+                    report: at.ok().and_then(|at| reports.get(at)),
+                });
+            }
+        }
+        Self {
+            sonars,
+            reports,
+            frames: outcome.frames,
+        }
+    }
+
+    /// The sonars that have entries.
+    pub fn sonars(&self) -> impl Iterator<Item = SonarId> {
+        self.sonars.keys().copied()
+    }
+
+    /// The entries of a sonar.
+    pub fn of(&self, sonar: SonarId) -> &[Given<'a>] {
+        self.sonars.get(&sonar).map_or(&[], Vec::as_slice)
+    }
+
+    /// The sequence that an arc is in, and its place there.
+    pub fn around(&self, arc: ArcId) -> Option<(&[Given<'a>], usize)> {
+        let sequence = self.of(arc.sonar);
+        let place = sequence.binary_search_by_key(&arc.frame, |given| given.frame);
+        Some((sequence, place.ok()?))
+    }
+
+    /// Every arc, by frame and then by sonar.
+    pub fn arcs(&self) -> impl Iterator<Item = &'a Arc> {
+        self.reports.iter().map(|report| &report.arc)
+    }
+}
