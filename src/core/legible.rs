@@ -52,7 +52,7 @@ pub fn inert_line(text: &str) -> String {
     legible(&text).into_owned()
 }
 
-/// Longer names are cut, characters.
+/// Longer names are cut, bytes.
 const LONGEST_NAME: usize = 256;
 
 /// A name from a file as it is called from there on: what would steer a terminal or begin a line is written
@@ -62,17 +62,18 @@ pub fn name(text: &str) -> Cow<'_, str> {
     if !is_long && !text.chars().any(|c| c == '\n' || steers(c)) {
         return Cow::Borrowed(text);
     }
-    let shown = legible(text).replace('\n', "\\u000a");
-    let count = shown.chars().count();
-    if count <= LONGEST_NAME {
-        return Cow::Owned(shown);
+    let shown = |part: &str| legible(part).replace('\n', "\\u000a");
+    if !is_long {
+        return Cow::Owned(shown(text));
     }
     // What is cut off tells it from others that begin alike.
-    let sum = (text.bytes()).fold(0xcbf2_9ce4_8422_2325, |sum: u64, byte| {
-        (sum ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-    });
-    let start: String = shown.chars().take(LONGEST_NAME / 2).collect();
-    Cow::Owned(format!("{start}...({} bytes, {sum:016x})", text.len()))
+    let start: String = text.chars().take(LONGEST_NAME / 2).collect();
+    let sum = crc32fast::hash(text.as_bytes());
+    Cow::Owned(format!(
+        "{}...({} bytes, {sum:08x})",
+        shown(&start),
+        text.len()
+    ))
 }
 
 /// The text as one line, so that a name in it cannot look like several.
