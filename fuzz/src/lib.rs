@@ -4,6 +4,7 @@
 #[path = "../../src/core"]
 #[allow(dead_code, reason = "only decoding is fuzzed")]
 pub mod core {
+    pub mod legible;
     pub mod rounding;
     pub mod wording;
 
@@ -17,18 +18,20 @@ pub mod io {
     /// The room `log/`, as far as it is fuzzed.
     #[allow(dead_code, reason = "only decoding is fuzzed")]
     pub mod log {
+        mod clouds;
         pub mod container;
         mod custom;
         mod decoder;
+        mod definition;
         mod description;
         pub mod fuzzing;
         mod json;
-        mod messages;
-        mod msg_schema;
+        mod message;
+        mod poses;
         mod protobuf;
-        mod ros1;
-        mod ros2;
-        mod standard;
+        mod ranges;
+        mod ros;
+        mod types;
         mod value;
     }
 }

@@ -2,62 +2,71 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::message::{Content, MOST_SONARS, RangeMessage};
 use super::poses::foxglove_isometry;
-use super::{Content, MOST_SONARS, RangeMessage, frame, optional_time};
-use crate::io::log::value::{FieldError, Value, missing};
+use super::value::{FieldError, Fields};
 
 /// `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
-pub fn range(message: &Value) -> Result<Content, FieldError> {
+pub fn range(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, frame, range, min_range, max_range, width, variance] = fields.all();
     Ok(Content::Ranges(vec![RangeMessage {
-        stamp_ns: message.time("header.stamp")?,
-        delay_ns: 0,
-        frame_id: frame(message, "header.frame_id")?,
-        element: None,
-        frame_from_beam: Isometry3::identity(),
-        range: message.distance("range")?,
-        min_range: message.number("min_range")?,
-        max_range: message.distance("max_range")?,
-        beam_width: message.number("field_of_view")?,
-        likely_beam_width: 0.0,
-        variance: message.number("variance").unwrap_or(0.0),
+        min_range: min_range.number()?,
+        max_range: max_range.distance()?,
+        beam_width: width.number()?,
+        variance: variance.number().unwrap_or(0.0),
+        ..RangeMessage::plain(stamp.time()?, &frame.frame()?, range.distance()?)
     }]))
 }
 
 /// `sensor_msgs/LaserScan` as a ring of sonars.
-pub fn laser_scan(message: &Value) -> Result<Content, FieldError> {
+pub fn laser_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [
+        stamp,
+        frame,
+        ranges,
+        start,
+        end,
+        step,
+        delay,
+        min_range,
+        max_range,
+    ] = fields.all();
     let scan = Scan {
-        stamp_ns: message.time("header.stamp")?,
-        frame_id: frame(message, "header.frame_id")?,
+        stamp_ns: stamp.time()?,
+        frame_id: frame.frame()?,
         frame_from_scan: Isometry3::identity(),
-        start: finite(message, "angle_min")?,
-        end: finite(message, "angle_max")?,
-        increment: finite(message, "angle_increment")?,
-        time_increment: message.number("time_increment")?,
-        min_range: message.number("range_min")?,
-        max_range: message.distance("range_max")?,
-        ranges: message.distances("ranges")?,
+        start: start.finite()?,
+        end: end.finite()?,
+        increment: step.finite()?,
+        time_increment: delay.number()?,
+        min_range: min_range.number()?,
+        max_range: max_range.distance()?,
+        ranges: ranges.distances()?,
     };
     Ok(scan.content())
 }
 
 /// `foxglove.LaserScan` as a ring of sonars; it knows no limits of range.
-pub fn foxglove_scan(message: &Value) -> Result<Content, FieldError> {
-    let frame_from_scan = match message.get("pose") {
-        None => Isometry3::identity(),
-        Some(pose) => foxglove_isometry(pose, "position", "orientation")?
-            .ok_or_else(|| missing("pose", "a finite pose with a quaternion that is not zero"))?,
+pub fn foxglove_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, frame, ranges, start, end, is_there, pose @ ..] = fields.all::<13>();
+    let frame_from_scan = if is_there.is_there() {
+        let pose = foxglove_isometry(&pose)?;
+        let expected = "a finite pose with a quaternion that is not zero";
+        pose.ok_or_else(|| is_there.missing(expected))?
+    } else {
+        Isometry3::identity()
     };
     let scan = Scan {
-        stamp_ns: optional_time(message, "timestamp")?,
-        frame_id: frame(message, "frame_id")?,
+        stamp_ns: stamp.time_or_zero()?,
+        frame_id: frame.frame()?,
         frame_from_scan,
-        start: finite(message, "start_angle")?,
-        end: finite(message, "end_angle")?,
+        start: start.finite()?,
+        end: end.finite()?,
         increment: 0.0,
         time_increment: 0.0,
         min_range: 0.0,
         max_range: f64::INFINITY,
-        ranges: message.distances("ranges")?,
+        ranges: ranges.distances()?,
     };
     Ok(scan.content())
 }
@@ -114,18 +123,12 @@ impl Scan {
     fn beam(&self, bearing: f64, range: f64) -> RangeMessage {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), bearing);
         RangeMessage {
-            stamp_ns: self.stamp_ns,
-            delay_ns: 0,
-            frame_id: self.frame_id.clone(),
-            element: None,
             frame_from_beam: self.frame_from_scan
                 * Isometry3::from_parts(Translation3::identity(), turn),
-            range,
             min_range: self.min_range,
             max_range: self.max_range,
-            beam_width: 0.0,
             likely_beam_width: self.increment.abs(),
-            variance: 0.0,
+            ..RangeMessage::plain(self.stamp_ns, &self.frame_id, range)
         }
     }
 }
@@ -139,22 +142,16 @@ fn delay_ns(seconds: f64) -> i64 {
     }
 }
 
-fn finite(message: &Value, path: &str) -> Result<f64, FieldError> {
-    let number = message.number(path)?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(missing(path, "a finite number"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::log::json;
+    use crate::io::log::types::read_json;
 
-    fn beams(read: fn(&Value) -> Result<Content, FieldError>, text: &str) -> Vec<RangeMessage> {
-        match read(&json::decode(text.as_bytes()).unwrap()).unwrap() {
+    const ROS: &str = "sensor_msgs/LaserScan";
+    const FOXGLOVE: &str = "foxglove.LaserScan";
+
+    fn beams(name: &str, text: &str) -> Vec<RangeMessage> {
+        match read_json(name, text).unwrap() {
             Content::Ranges(beams) => beams,
             other => panic!("{other:?}"),
         }
@@ -170,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_scan_is_a_ring_of_sonars() {
-        let beams = beams(laser_scan, SCAN);
+        let beams = beams(ROS, SCAN);
         assert_eq!(beams.len(), 5);
         assert_eq!(beams[3].element, Some(3));
         assert!((bearing(&beams[3]) - 0.5).abs() < 1e-12);
@@ -187,7 +184,7 @@ mod tests {
     #[test]
     fn a_scan_with_one_range_is_one_sonar_in_the_middle() {
         let one = SCAN.replace("[1,2,null,4,5]", "[2]").replace("-1", "0.4");
-        let beams = beams(laser_scan, &one);
+        let beams = beams(ROS, &one);
         assert_eq!(beams.len(), 1);
         assert_eq!(beams[0].element, None);
         assert!((bearing(&beams[0]) - 0.7).abs() < 1e-12);
@@ -200,7 +197,7 @@ mod tests {
             "[1,2,null,4,5]",
             &format!("[0{}]", ",1".repeat(MOST_SONARS)),
         );
-        let content = laser_scan(&json::decode(many.as_bytes()).unwrap()).unwrap();
+        let content = read_json(ROS, &many).unwrap();
         assert_eq!(content, Content::Crowd(MOST_SONARS + 1));
         assert_eq!(content.sonars(), MOST_SONARS + 1);
     }
@@ -210,7 +207,7 @@ mod tests {
         let text = r#"{"timestamp":{"sec":1,"nsec":5},"frame_id":"base_link",
             "pose":{"position":{"x":0.5,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":1,"w":0}},
             "start_angle":0,"end_angle":1,"ranges":[1,2,3],"intensities":[]}"#;
-        let found = beams(foxglove_scan, text);
+        let found = beams(FOXGLOVE, text);
         assert_eq!(found[1].stamp_ns, 1_000_000_005);
         assert!((bearing(&found[1]) - (0.5 - std::f64::consts::PI)).abs() < 1e-12);
         assert_eq!(found[1].frame_from_beam.translation.x, 0.5);
@@ -219,8 +216,8 @@ mod tests {
             (0.5, f64::INFINITY)
         );
         let without_pose = text.replace("\"pose\"", "\"other\"");
-        assert!((bearing(&beams(foxglove_scan, &without_pose)[1]) - 0.5).abs() < 1e-12);
+        assert!((bearing(&beams(FOXGLOVE, &without_pose)[1]) - 0.5).abs() < 1e-12);
         let zero = text.replace("\"z\":1,\"w\":0", "\"z\":0,\"w\":0");
-        assert!(foxglove_scan(&json::decode(zero.as_bytes()).unwrap()).is_err());
+        assert!(read_json(FOXGLOVE, &zero).is_err());
     }
 }
