@@ -1,6 +1,9 @@
 //! What a log yields: sonars, range readings and odometry samples, in stamp order.
 
+use std::cmp::Ordering;
+
 use crate::core::geometry::Pose2;
+use crate::core::ties;
 
 /// Index of a sonar in [`Events::sonars`]. Sonars are sorted by name, so ids sort as names do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -57,9 +60,9 @@ pub enum Return {
 impl RangeReading {
     /// Echo, no echo or neither: an echo is finite and `min_range <= range < max_range`.
     pub fn classify(&self) -> Return {
-        if self.range >= self.max_range || self.range == f64::INFINITY {
+        if ties::at_least(self.range, self.max_range, ties::RANGE) || self.range == f64::INFINITY {
             Return::NoEcho
-        } else if self.min_range <= self.range
+        } else if ties::at_least(self.range, self.min_range, ties::RANGE)
             && self.range < self.max_range
             && self.range.is_finite()
         {
@@ -88,6 +91,32 @@ pub struct Events {
     pub readings: Vec<RangeReading>,
     /// Odometry samples by stamp.
     pub odometry: Vec<OdometrySample>,
+}
+
+impl Events {
+    /// Sorts by stamp, and readings by sonar. What has one stamp is sorted by its values: the order in
+    /// which messages of one stamp were written does not matter.
+    pub fn sort(&mut self) {
+        self.readings.sort_unstable_by(|a, b| {
+            let by_place = (a.stamp_ns, a.sonar).cmp(&(b.stamp_ns, b.sonar));
+            by_place.then(by_values(
+                [a.range, a.min_range, a.max_range, a.beam_width, a.variance],
+                [b.range, b.min_range, b.max_range, b.beam_width, b.variance],
+            ))
+        });
+        self.odometry.sort_unstable_by(|a, b| {
+            let [a_pose, b_pose] = [a, b].map(|s| s.world_from_robot);
+            a.stamp_ns.cmp(&b.stamp_ns).then(by_values(
+                [a_pose.x, a_pose.y, a_pose.yaw],
+                [b_pose.x, b_pose.y, b_pose.yaw],
+            ))
+        });
+    }
+}
+
+fn by_values<const N: usize>(a: [f64; N], b: [f64; N]) -> Ordering {
+    let pairs = a.iter().zip(&b).map(|(a, b)| a.total_cmp(b));
+    pairs.fold(Ordering::Equal, Ordering::then)
 }
 
 #[cfg(test)]

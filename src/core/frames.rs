@@ -6,10 +6,7 @@ use crate::core::config;
 use crate::core::event::{RangeReading, Return, Sonar, SonarId};
 use crate::core::geometry::{Pose2, angle_between};
 use crate::core::odometry::Track;
-
-/// What a step may lack, metres and radians: robots that stop every 0.1 m stop at multiples of it,
-/// whose differences are 0.1 but for rounding.
-const STEP_SLACK: f64 = 1e-9;
+use crate::core::ties;
 
 /// One step of the replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,8 +136,11 @@ impl<'a> Framer<'a> {
             return stamp_ns != open.stamp_ns;
         }
         let opened = &open.world_from_robot;
-        (world_from_robot.position() - opened.position()).norm() >= self.step - STEP_SLACK
-            || angle_between(world_from_robot.yaw, opened.yaw) >= self.step_angle - STEP_SLACK
+        let step = (world_from_robot.position() - opened.position()).norm();
+        let turn = angle_between(world_from_robot.yaw, opened.yaw);
+        // Robots that stop every 0.1 m stop at multiples of it.
+        ties::at_least(step, self.step, ties::LENGTH)
+            || ties::at_least(turn, self.step_angle, ties::ANGLE)
     }
 
     /// Gives the open frame the sonar's first echo, or, failing that, its first no-echo.

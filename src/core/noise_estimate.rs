@@ -10,6 +10,7 @@ use std::ops::RangeInclusive;
 use crate::core::config::Config;
 use crate::core::event::{RangeReading, Return, SonarId};
 use crate::core::geometry::angle_between;
+use crate::core::ties;
 use crate::core::tmam::arc::Arc;
 
 /// A sensor that turned by more than this over four arcs may see something else, radians.
@@ -177,7 +178,11 @@ fn deviation(arcs: [&Arc; 4]) -> Option<(f64, f64)> {
         apart(third, last),
     ];
     let along = steps.iter().sum::<f64>();
-    if turned > MOST_TURN || along > LONGEST || steps.iter().any(|step| *step < SHORTEST) {
+    let too_short = |step: &f64| ties::below(*step, SHORTEST, ties::LENGTH);
+    if ties::above(turned, MOST_TURN, ties::ANGLE)
+        || ties::above(along, LONGEST, ties::LENGTH)
+        || steps.iter().any(too_short)
+    {
         return None;
     }
     let ways = [0.0, steps[0], steps[0] + steps[1], along];

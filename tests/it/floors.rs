@@ -70,7 +70,8 @@ impl House {
                 && child.content.is_none()
                 && !for_tests(&child.attrs)
             {
-                let below = [module.clone(), vec![child.ident.to_string()]].concat();
+                let below = at_path(&child.attrs)
+                    .unwrap_or_else(|| [module.clone(), vec![child.ident.to_string()]].concat());
                 self.add(read, &format!("{}.rs", below.join("/")), below);
             }
         }
@@ -297,6 +298,26 @@ fn for_tests(attributes: &[Attribute]) -> bool {
         let list = attribute.meta.require_list();
         attribute.path().is_ident("cfg") && list.is_ok_and(|l| l.tokens.to_string() == "test")
     })
+}
+
+/// The module that a file of another name would be.
+fn at_path(attributes: &[Attribute]) -> Option<Module> {
+    let path = attributes
+        .iter()
+        .find(|attribute| attribute.path().is_ident("path"))?;
+    let syn::Expr::Lit(value) = &path.meta.require_name_value().ok()?.value else {
+        return None;
+    };
+    let syn::Lit::Str(file) = &value.lit else {
+        return None;
+    };
+    Some(
+        file.value()
+            .trim_end_matches(".rs")
+            .split('/')
+            .map(str::to_owned)
+            .collect(),
+    )
 }
 
 fn floor(module: &Module) -> usize {

@@ -1,6 +1,7 @@
 //! Golden files: the project's samples are held by them, what should be caught is caught, and what
 //! should not matter does not.
 
+#[cfg(feature = "viewer")]
 mod artefacts;
 mod blessing;
 mod diff;
@@ -10,6 +11,7 @@ mod names;
 mod noise;
 mod noise_aware_mutations;
 mod overwriting;
+#[cfg(feature = "viewer")]
 mod recordings;
 mod refusals;
 mod reports;

@@ -18,6 +18,7 @@ mod faults;
 mod floors;
 mod golden;
 mod info;
+#[cfg(feature = "viewer")]
 mod live;
 mod noise;
 mod odd_logs;
@@ -29,3 +30,4 @@ mod sample_logs;
 mod snapshots;
 mod study;
 mod sweep;
+mod ties;

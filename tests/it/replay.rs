@@ -1,9 +1,12 @@
 //! The main job, from outside: a log in; features, a trace and a recording out.
 
-use crate::support::{Bench, rewrite, sample, shared};
+use std::path::PathBuf;
+
+use crate::support::{Bench, rewrite, ros1, sample, shared};
 use serde_json::Value;
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn without_named_outputs_the_recording_and_the_features_are_written_here() {
     let bench = Bench::new();
     let run = bench.tmam(&sample("room_step.mcap"), "replay {}");
@@ -41,6 +44,7 @@ fn standard_output_holds_the_output_and_nothing_else() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn the_same_log_gives_the_same_bytes() {
     let bench = Bench::new();
     let log = sample("room_drive.mcap");
@@ -257,37 +261,52 @@ fn decided(row: &Value) -> ([&Value; 6], [Option<f64>; 6]) {
     )
 }
 
+fn give_one_trace(logs: &[PathBuf]) {
+    let mut first: Option<Vec<Value>> = None;
+    for log in logs {
+        let name = log.display();
+        let bench = Bench::new();
+        let run = bench.tmam(log, "replay {} --trace t");
+        assert_eq!(run.code, 0, "{name}: {}", run.stderr);
+        let rows = bench.json_lines("t");
+        let first = first.get_or_insert_with(|| rows.clone());
+        assert_eq!(rows.len(), first.len(), "{name}");
+        for (row, expected) in rows.iter().zip(first) {
+            let ((same, close), (same_expected, close_expected)) =
+                (decided(row), decided(expected));
+            assert_eq!(same, same_expected, "{name}");
+            for pair in close.iter().zip(close_expected) {
+                let (Some(a), Some(b)) = pair else {
+                    assert!(pair.0.is_none() && pair.1.is_none(), "{name}: {row}");
+                    continue;
+                };
+                assert!((a - b).abs() < 1e-6, "{name}: {row}, {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn one_drive_gives_one_trace_in_every_encoding() {
-    let mut first: Option<Vec<Value>> = None;
-    for encoding in [
+    let encodings = [
         "ros2_jazzy_lz4",
         "ros2_humble_zstd",
         "rosbag2_jazzy",
         "ros1_lz4",
         "foxglove_protobuf",
         "foxglove_json",
-    ] {
-        let Some(path) = shared(&format!("encodings/{encoding}.mcap")) else {
-            continue;
-        };
-        let bench = Bench::new();
-        let run = bench.tmam(&path, "replay {} --trace t");
-        assert_eq!(run.code, 0, "{encoding}: {}", run.stderr);
-        let rows = bench.json_lines("t");
-        let first = first.get_or_insert_with(|| rows.clone());
-        assert_eq!(rows.len(), first.len(), "{encoding}");
-        for (row, expected) in rows.iter().zip(first) {
-            let ((same, close), (same_expected, close_expected)) =
-                (decided(row), decided(expected));
-            assert_eq!(same, same_expected, "{encoding}");
-            for pair in close.iter().zip(close_expected) {
-                let (Some(a), Some(b)) = pair else {
-                    assert!(pair.0.is_none() && pair.1.is_none(), "{encoding}: {row}");
-                    continue;
-                };
-                assert!((a - b).abs() < 1e-6, "{encoding}: {row}, {expected}");
-            }
-        }
-    }
+    ];
+    let logs = encodings.map(|encoding| shared(&format!("encodings/{encoding}.mcap")));
+    give_one_trace(&logs.into_iter().flatten().collect::<Vec<_>>());
+}
+
+#[test]
+fn one_drive_gives_one_trace_as_ros_1_and_as_ros_2() {
+    let bench = Bench::new();
+    // Ranges of ROS 1 have no variance, so here they are without noise.
+    let made = bench.sh("tmam simulate -o ros2.mcap --sonars 8 --drive");
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    let log = bench.path("ros2.mcap");
+    let ros1 = bench.put("ros1.mcap", ros1(&log));
+    give_one_trace(&[log, ros1]);
 }

@@ -218,3 +218,81 @@ pub fn without(log: &Path, topics: &[&str]) -> Vec<u8> {
         }
     })
 }
+
+/// The log as ROS 1 would have recorded it: without alignment, without the variance of ranges, and
+/// with headers that count.
+pub fn ros1(log: &Path) -> Vec<u8> {
+    let bytes = fs::read(log).unwrap();
+    let mut writer = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let topic = &message.channel.topic;
+        // One letter a field: header, text, count, byte, float, double.
+        let (name, fields) = match topic.split('/').nth(1).unwrap() {
+            "sonar" => ("sensor_msgs/Range", format!("hb{}", "f".repeat(4))),
+            "odom" => (
+                "nav_msgs/Odometry",
+                format!("hs{}", "d".repeat(7 + 36 + 6 + 36)),
+            ),
+            "tf" | "tf_static" => ("tf2_msgs/TFMessage", format!("n{}", "hsddddddd".repeat(64))),
+            _ => continue,
+        };
+        let definition = &message.channel.schema.as_ref().unwrap().data;
+        let definition = String::from_utf8_lossy(definition)
+            .replace("builtin_interfaces/Time stamp", "uint32 seq\ntime stamp")
+            .replace("float32 variance", "");
+        let schema = writer
+            .add_schema(name, "ros1msg", definition.as_bytes())
+            .unwrap();
+        let channel_id = writer
+            .add_channel(schema, topic, "ros1", &Default::default())
+            .unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: message.log_time,
+            publish_time: message.publish_time,
+        };
+        writer
+            .write_to_known_channel(&header, &packed(&message.data, &fields))
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+/// The fields of a CDR message, until it ends, as ROS 1 writes them.
+fn packed(message: &[u8], fields: &str) -> Vec<u8> {
+    let (mut at, mut packed) = (4, Vec::new());
+    for field in fields.chars() {
+        if at + 4 > message.len() && field != 'b' {
+            break;
+        }
+        if field == 'h' {
+            packed.extend([0; 4]);
+        }
+        // Sizes of what stands there, with a text's own length.
+        let sizes = match field {
+            'h' => vec![4, 4, 0],
+            's' => vec![0],
+            'b' => vec![1],
+            'd' => vec![8],
+            _ => vec![4],
+        };
+        for size in sizes {
+            if size > 0 {
+                at = 4 + (at - 4_usize).next_multiple_of(size);
+                packed.extend(&message[at..at + size]);
+                at += size;
+            } else {
+                at = at.next_multiple_of(4);
+                let length = u32::from_le_bytes(message[at..at + 4].try_into().unwrap());
+                // Without the zero at its end.
+                packed.extend((length - 1).to_le_bytes());
+                packed.extend(&message[at + 4..at + 3 + length as usize]);
+                at += 4 + length as usize;
+            }
+        }
+    }
+    packed
+}

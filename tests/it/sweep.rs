@@ -125,6 +125,7 @@ fn a_clock_that_is_late_is_found_without_the_truth() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let bench = Bench::new();
     let log = sample("room_step.mcap");
@@ -209,6 +210,7 @@ fn the_truth_in_the_log_ranks_and_a_column_can_be_asked_for() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn what_cannot_be_swept_is_said_and_nothing_is_written() {
     let bench = Bench::new();
     let log = sample("room_step.mcap");

@@ -1,5 +1,7 @@
 //! A comparison that a rule makes, with both of its sides.
 
+use crate::core::ties;
+
 /// How a value must lie to a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Relation {
@@ -53,13 +55,14 @@ impl Relation {
         }
     }
 
-    /// Whether a value lies so.
+    /// Whether a value lies so; what may be equal to its bound is so within a millionth: metres,
+    /// radians or seconds.
     pub fn holds(self, value: f64, bound: f64) -> bool {
         match self {
             Self::Above => value > bound,
-            Self::AtLeast => value >= bound,
+            Self::AtLeast => ties::at_least(value, bound, ties::LENGTH),
             Self::Below => value < bound,
-            Self::AtMost => value <= bound,
+            Self::AtMost => ties::at_most(value, bound, ties::LENGTH),
         }
     }
 

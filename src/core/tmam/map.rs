@@ -15,6 +15,7 @@ use super::arc::Arc;
 use super::feature::{Action, MapFeature, Segment, Shape, Status};
 use crate::core::config::{Config, Map as Bounds, NoiseAwareOptions};
 use crate::core::geometry::{angle_between, unit};
+use crate::core::ties;
 
 /// The registered features.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,11 +125,10 @@ impl Map {
     /// The place of the nearest feature within the gates, but for the one with the id `except`.
     fn nearest(&self, shape: &Shape, except: Option<u32>) -> Option<usize> {
         let others = self.features.iter().enumerate();
-        others
+        let others = others
             .filter(|(_, known)| Some(known.id) != except)
-            .filter_map(|(at, known)| Some((self.distance(shape, known)?, at)))
-            .min_by(|(a, _), (b, _)| a.total_cmp(b))
-            .map(|(_, at)| at)
+            .filter_map(|(at, known)| Some((self.distance(shape, known)?, at)));
+        ties::first_least(others, |_, _| ties::LENGTH).map(|(_, at)| at)
     }
 
     /// How far a feature is from a registered one; `None` beyond the gates.

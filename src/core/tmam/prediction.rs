@@ -12,6 +12,7 @@ use super::arc::Arc;
 use super::feature::{Kind, MapFeature, Point, Shape, Status};
 use super::hypothesis::Support;
 use crate::core::geometry::{Vec2, direction};
+use crate::core::ties;
 use wall::{Place, Wall};
 
 /// Standard deviations within which a feature explains a reading, and within which a place counts
@@ -87,9 +88,8 @@ impl MapPrediction {
             misfit_of_point(point, arc)?;
             Some(fit_of_point(point, arc))
         });
-        walls
-            .chain(points)
-            .min_by(|a, b| a.chi2().total_cmp(&b.chi2()))
+        let fits = walls.chain(points).map(|fit| (fit.chi2(), fit));
+        ties::first_least(fits, ties::of_chi2).map(|(_, fit)| fit)
     }
 
     /// What the map says of an arc.
@@ -102,8 +102,8 @@ impl MapPrediction {
         let point = self
             .points
             .iter()
-            .filter_map(|(id, point)| Some((misfit_of_point(point, arc)?, *id)))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
+            .filter_map(|(id, point)| Some((misfit_of_point(point, arc)?, *id)));
+        let point = ties::first_least(point, ties::of_chi2);
         let on = walls.iter().find(|(_, place)| *place == Place::On);
         let near_end = walls.iter().any(|(_, place)| *place == Place::AtEnd);
         match (on, point) {
@@ -184,11 +184,12 @@ pub struct Association {
 /// Squared misfit of a point in standard deviations, where it explains the reading.
 fn misfit_of_point(point: &Point, arc: &Arc) -> Option<f64> {
     let towards: Vec2 = point.position - arc.center();
-    if towards.norm_squared() <= 0.0 {
+    if towards.norm() < ties::LENGTH {
         return None;
     }
     let misfit = fit_of_point(point, arc).chi2();
-    (misfit < SIGMAS * SIGMAS && arc.beam_holds(direction(towards))).then_some(misfit)
+    let held = arc.beam_nearly_holds(direction(towards), ties::ANGLE);
+    (misfit < SIGMAS * SIGMAS && held).then_some(misfit)
 }
 
 /// How far the reading is from a point; the sensor must not stand on it.

@@ -95,6 +95,7 @@ fn a_configuration_with_an_unknown_key() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn an_output_that_cannot_be_written_or_would_destroy_the_log() {
     let bench = Bench::new();
     let log = bench.put("log.mcap", fs::read(sample("room_step.mcap")).unwrap());

@@ -10,10 +10,10 @@ pub fn diff(bench: &Bench, arguments: &[&str]) -> Run {
     tmam(bench, &all, &[])
 }
 
-/// A directory with the features and the recording of a sample, and its golden file's path.
+/// A directory with the features of a sample, and its golden file's path.
 pub fn with_features() -> (Bench, String) {
     let bench = Bench::new();
-    let replay = "replay {} --rule paper --gamma 8 -o drive.rrd --features drive.features.json";
+    let replay = "replay {} --rule paper --gamma 8 --features drive.features.json";
     assert_eq!(bench.tmam(&sample("room_drive.mcap"), replay).code, 0);
     let golden = golden().join("room_drive.golden.json");
     (bench, golden.to_str().unwrap().to_owned())

@@ -72,6 +72,7 @@ fn noise_that_is_measured_otherwise_is_a_difference_that_says_so() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn noise_that_messages_begin_or_cease_to_say_is_a_difference() {
     for (then, now, words) in [
         (

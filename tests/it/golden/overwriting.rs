@@ -21,6 +21,7 @@ fn a_golden_file_of_a_rust_test_is_not_overwritten() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn a_report_takes_the_place_of_nothing_that_is_read_or_written() {
     let bench = bench_with("room_drive", |file| {
         file["map"]["points"][0]["x"] = 77.0.into()

@@ -5,11 +5,19 @@ use tmam_replay::observe::recording::read_carried;
 
 use super::diff::{diff, with_features};
 use super::{bench_with, path_of, tmam};
-use crate::support::sample;
+use crate::support::{Bench, sample};
+
+/// A directory with the features and the recording of a sample, and its golden file's path.
+fn with_recording() -> (Bench, String) {
+    let (bench, golden) = with_features();
+    let replay = "replay {} --rule paper --gamma 8 -o drive.rrd";
+    assert_eq!(bench.tmam(&sample("room_drive.mcap"), replay).code, 0);
+    (bench, golden)
+}
 
 #[test]
 fn recordings_are_compared_by_the_results_that_they_carry() {
-    let (bench, golden) = with_features();
+    let (bench, golden) = with_recording();
     let log = path_of("room_drive.mcap");
     let carried = read_carried(&bench.path("drive.rrd")).unwrap();
     assert_eq!(
@@ -100,7 +108,7 @@ fn the_recording_of_a_check_carries_what_the_log_gives_now() {
 
 #[test]
 fn recordings_without_results_are_refused_with_what_to_do() {
-    let (bench, golden) = with_features();
+    let (bench, golden) = with_recording();
     let sweep = "sweep {} --rule paper --gamma 8,10 -o sweep.rrd";
     assert_eq!(bench.tmam(&sample("room_drive.mcap"), sweep).code, 0);
     let whole = bench.bytes("drive.rrd");

@@ -86,6 +86,7 @@ fn junit_is_read_by_an_xml_reader_and_adds_up() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn a_summary_has_a_verdict_for_each_log_and_what_differs() {
     let bench = differing();
     let log = path_of("room_drive.mcap");

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::{codes, quarter_turn, told};
-use crate::support::{Bench, sample, shared};
+use super::{changed, codes, put, quarter_turn, told};
+use crate::support::{Bench, sample, untyped};
 
 #[test]
 fn a_good_log_is_told_in_full() {
@@ -65,13 +65,27 @@ fn text_keeps_within_a_hundred_columns() {
 }
 
 #[test]
-fn a_real_robots_ranges_have_a_raster() {
-    let Some(log) = shared("house_run1.mcap") else {
-        return;
-    };
-    let (info, code) = told(&Bench::new(), &log, "");
+fn ranges_in_centimetres_have_a_raster() {
+    let bytes = changed("room_drive.mcap", |mut message| {
+        if message.topic.starts_with("/sonar") {
+            // The last but one of the fields.
+            let end = message.data.len() - 4;
+            let range: &mut [u8; 4] = (&mut message.data[end - 4..end]).try_into().unwrap();
+            let metres = f32::from_le_bytes(*range);
+            *range = ((metres * 100.0).round() / 100.0).to_le_bytes();
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let (info, code) = told(&bench, &put(&bench, bytes), "");
     assert_eq!(code, 0);
-    for sonar in info["sonars"].as_array().unwrap() {
+    let sonars = info["sonars"].as_array().unwrap().iter();
+    let count = |sonar: &Value, key: &str| sonar[key].as_u64().unwrap();
+    let mut sonars = sonars
+        .filter(|sonar| count(sonar, "echoes") - count(sonar, "repeats") > 80)
+        .peekable();
+    assert!(sonars.peek().is_some());
+    for sonar in sonars {
         assert_eq!(sonar["resolution"]["quantised"], true, "{sonar:#}");
         let step = sonar["resolution"]["step"].as_f64().unwrap();
         assert!((step - 0.01).abs() < 1e-5, "{step}");
@@ -81,11 +95,17 @@ fn a_real_robots_ranges_have_a_raster() {
 
 #[test]
 fn channels_that_are_not_read_are_named_with_the_reason() {
-    let Some(log) = shared("encodings/ros1_lz4.mcap") else {
-        return;
-    };
-    let (info, _) = told(&Bench::new(), &log, "");
-    for channel in info["channels"].as_array().unwrap() {
+    let bench = Bench::new();
+    let log = put(&bench, untyped(&sample("room_step.mcap")));
+    let (info, _) = told(&bench, &log, "");
+    let channels = info["channels"].as_array().unwrap();
+    assert!(
+        channels
+            .iter()
+            .any(|channel| channel["problem"].is_string()),
+        "{info:#}"
+    );
+    for channel in channels {
         let told = channel["used"] == true || channel["problem"].is_string();
         assert!(told || channel["role"].is_null(), "{channel:#}");
     }

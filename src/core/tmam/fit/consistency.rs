@@ -2,6 +2,7 @@
 
 use super::start::start;
 use super::{Estimate, Fit, FitOptions, Model, iterate, weighted_square_sum};
+use crate::core::ties;
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::Rejection;
 use crate::core::tmam::hypothesis::Gate;
@@ -17,6 +18,10 @@ const FORETOLD: f64 = 9.0;
 
 /// How many readings are cut off an end at once.
 const LONGEST_TRIM: usize = 6;
+
+/// A mirror image nearer than this is the feature itself, metres and radians: fits of what lies
+/// straight ahead hardly get nearer to their end.
+const APART: f64 = 1e-4;
 
 /// How many readings are left in any case.
 const FEWEST_LEFT: usize = 4;
@@ -94,6 +99,7 @@ fn best_cut(model: &impl Model, kept: &[Arc], gate: &Gate, single: bool) -> Opti
         Some((estimate.parameters, chi2))
     };
     let (parameters, all) = fit(kept)?;
+    let slack = |a: f64, b: f64| ties::of_chi2(a.abs(), b.abs());
     let longest = LONGEST_TRIM.min(kept.len().saturating_sub(FEWEST_LEFT));
     let ends = (1..=longest)
         .flat_map(|n| [(n, 0), (0, n)])
@@ -105,20 +111,21 @@ fn best_cut(model: &impl Model, kept: &[Arc], gate: &Gate, single: bool) -> Opti
             ))
         });
     let misfit = |arc: &Arc| weighted_square_sum(model, parameters, std::slice::from_ref(arc));
-    let worst = kept
-        .iter()
-        .map(misfit)
-        .enumerate()
-        .max_by(|a, b| a.1.total_cmp(&b.1))
+    let most_off = kept.iter().map(|arc| -misfit(arc)).zip(0..);
+    let worst = ties::first_least(most_off, slack)
         .filter(|_| single)
-        .and_then(|(at, _)| {
+        .and_then(|(_, at)| {
             let mut rest = kept.to_vec();
             rest.remove(at);
             Some((all - fit(&rest)?.1 - gate.at(1), Cut::Single(at)))
         });
-    ends.chain(worst)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(excess, _)| *excess > 0.0)
+    // The one at an end is a single one as well, and counts as such.
+    let lacks = worst
+        .into_iter()
+        .chain(ends)
+        .map(|(excess, cut)| (-excess, cut));
+    ties::first_least(lacks, slack)
+        .filter(|(lacks, _)| *lacks < 0.0)
         .map(|(_, cut)| cut)
 }
 
@@ -139,7 +146,7 @@ fn has_double(model: &impl Model, estimate: &Estimate, arcs: &[Arc], lead: f64) 
     let cost = |of: &Estimate| weighted_square_sum(model, of.parameters, arcs);
     // At the edge of a beam, noise alone says which of the two it holds.
     let slack = slack_of(model, &double, first);
-    let apart = (double.parameters - estimate.parameters).norm() > 1e-6;
+    let apart = (double.parameters - estimate.parameters).norm() > APART;
     apart
         && cost(&double) - cost(estimate) < lead
         && arcs

@@ -4,6 +4,7 @@
 //! any more, although every few metres of them do.
 
 use super::{Fit, FitOptions, fit_line, fit_point};
+use crate::core::ties;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Kind, Rejection};
 use crate::core::tmam::run::Run;
@@ -47,14 +48,11 @@ pub fn fit_in_parts(run: Run, demands: &FitOptions) -> Vec<(Run, Fit)> {
 fn best_break(arcs: &[Arc]) -> Option<usize> {
     let last = arcs.len().checked_sub(SHORTEST_PART)?;
     let stride = arcs.len().div_ceil(MOST_BREAKS).max(1);
-    (SHORTEST_PART..=last)
-        .step_by(stride)
-        .filter_map(|at| {
-            let (before, after) = arcs.split_at_checked(at)?;
-            Some((at, chi2(before)? + chi2(after)?))
-        })
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(at, _)| at)
+    let breaks = (SHORTEST_PART..=last).step_by(stride).filter_map(|at| {
+        let (before, after) = arcs.split_at_checked(at)?;
+        Some((chi2(before)? + chi2(after)?, at))
+    });
+    ties::first_least(breaks, ties::of_chi2).map(|(_, at)| at)
 }
 
 /// What is left of the readings after a line was fitted to all of them.

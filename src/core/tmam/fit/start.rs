@@ -4,7 +4,8 @@ use nalgebra::Vector2;
 
 use super::{Model, weighted_square_sum};
 use crate::core::geometry::angle_between;
-use crate::core::tmam::arc::{Arc, BEAM_SLACK};
+use crate::core::ties;
+use crate::core::tmam::arc::Arc;
 use crate::core::tmam::pair::{PairPoint, Points};
 
 /// Parameters to start from and how far they lie from the axes of the two beams, radians.
@@ -41,9 +42,9 @@ pub fn start(model: &impl Model, arcs: &[Arc]) -> Option<Vector2<f64>> {
     match sides {
         [Some(left), Some(right)] => {
             let (cost_left, cost_right) = (cost(&left), cost(&right));
-            let equal = (cost_left - cost_right).abs() <= 1e-9 * (1.0 + cost_left.min(cost_right));
-            let right_is_better = if equal {
-                right.off_axis < left.off_axis - BEAM_SLACK
+            let slack = ties::of_chi2(cost_left, cost_right);
+            let right_is_better = if (cost_left - cost_right).abs() <= slack {
+                ties::below(right.off_axis, left.off_axis, ties::ANGLE)
             } else {
                 cost_right < cost_left
             };

@@ -4,6 +4,7 @@ use nalgebra::Matrix2;
 
 use super::minimum::{Bearings, least};
 use crate::core::geometry::{Vec2, wrap_angle};
+use crate::core::ties;
 use crate::core::tmam::arc::{Arc, BEAM_SLACK};
 
 /// The least chi2 of a line whose normal lies in all beams; infinite where they have no bearing in
@@ -50,5 +51,6 @@ fn common_beam(arcs: &[Arc]) -> Option<(f64, f64, f64)> {
         let half = arc.beam_width / 2.0 + BEAM_SLACK;
         (low, high) = (low.max(axis - half), high.min(axis + half));
     }
-    (low <= high).then_some((yaw, low, high))
+    // Beams that only just touch have a bearing in common.
+    ties::at_most(low, high, ties::ANGLE).then_some((yaw, low.min(high), high.max(low)))
 }

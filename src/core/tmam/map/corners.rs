@@ -9,6 +9,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::spanning;
 use crate::core::geometry::{Vec2, unit};
+use crate::core::ties;
 use crate::core::tmam::feature::{MapFeature, Point, Segment, Shape, Status};
 
 /// Chi2 with two degrees of freedom up to which a point is where two walls meet: one true corner in a
@@ -90,23 +91,23 @@ fn best_pair<'a>(
         let others = near.iter().skip(place + 1);
         others.map(move |second| (first, second))
     });
-    pairs
-        .filter_map(|((first, a), (second, b))| {
-            let meeting = Meeting::of(a, b)?;
-            let [at_a, at_b] = meeting.corner_from_walls;
-            let covariance =
-                at_a * a.covariance * at_a.transpose() + at_b * b.covariance * at_b.transpose();
-            let off = point.position - meeting.corner;
-            let inverse = (covariance + point.covariance).try_inverse()?;
-            let chi2 = off.dot(&(inverse * off));
-            (chi2 < GATE).then_some(Corner {
-                feature: *feature,
-                point,
-                walls: [*first, *second],
-                chi2,
-            })
-        })
-        .min_by(|a, b| a.chi2.total_cmp(&b.chi2))
+    let corners = pairs.filter_map(|((first, a), (second, b))| {
+        let meeting = Meeting::of(a, b)?;
+        let [at_a, at_b] = meeting.corner_from_walls;
+        let covariance =
+            at_a * a.covariance * at_a.transpose() + at_b * b.covariance * at_b.transpose();
+        let off = point.position - meeting.corner;
+        let inverse = (covariance + point.covariance).try_inverse()?;
+        let chi2 = off.dot(&(inverse * off));
+        let corner = Corner {
+            feature: *feature,
+            point,
+            walls: [*first, *second],
+            chi2,
+        };
+        (chi2 < GATE).then_some((chi2, corner))
+    });
+    ties::first_least(corners, ties::of_chi2).map(|(_, corner)| corner)
 }
 
 /// Whether a point lies on a wall's line as far as the covariances tell, and near enough to its seen piece.

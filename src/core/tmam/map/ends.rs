@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::core::geometry::unit;
+use crate::core::ties;
 use crate::core::tmam::feature::{Point, Segment, Shape};
 
 /// A point this near to a wall's line is on it, metres; beyond what the covariances say.
@@ -40,9 +41,11 @@ fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
         }
         let way = point.position.dot(&along);
         // As seen from where the wall ended before: several points must not eat it up.
-        if way < last && way > last - longest {
+        let within =
+            |low, high| ties::above(way, low, ties::LENGTH) && ties::below(way, high, ties::LENGTH);
+        if within(last - longest, last) {
             high = high.min(way);
-        } else if way > first && way < first + longest {
+        } else if within(first, first + longest) {
             low = low.max(way);
         }
     }
@@ -51,7 +54,7 @@ fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
         half_length: (high - low) / 2.0,
         ..*segment
     };
-    (cut.half_length < segment.half_length).then_some(cut)
+    ties::below(cut.half_length, segment.half_length, ties::LENGTH / 2.0).then_some(cut)
 }
 
 #[cfg(test)]

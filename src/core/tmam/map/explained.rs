@@ -1,6 +1,7 @@
 //! Features that another one explains away.
 
 use crate::core::geometry::{Vec2, direction, unit};
+use crate::core::ties;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::Shape;
 use crate::core::tmam::hypothesis::Gate;
@@ -31,6 +32,6 @@ fn misfit(shape: &Shape, arc: &Arc) -> Option<f64> {
         }
     };
     let off = away.norm() - arc.range;
-    let in_beam = arc.beam_holds(direction(away));
+    let in_beam = arc.beam_nearly_holds(direction(away), ties::ANGLE);
     in_beam.then(|| off * off / (arc.variance + variance.max(0.0)))
 }

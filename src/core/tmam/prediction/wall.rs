@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::{Fit, SIGMAS};
 use crate::core::geometry::{Vec2, unit, wrap_angle};
+use crate::core::ties;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Point, Segment};
 
@@ -75,16 +76,14 @@ impl Wall {
             .collect();
         // The one nearest to an end, `sign` times the way beyond it.
         let nearest = |end: f64, sign: f64| {
-            on_line
-                .iter()
-                .filter(|(way, blur)| {
-                    let beyond = sign * (way - end);
-                    sign * (way - middle) > 0.0
-                        && beyond > -(reach.before + SIGMAS * blur)
-                        && beyond < reach.beyond
-                })
-                .min_by(|(a, _), (b, _)| (a - end).abs().total_cmp(&(b - end).abs()))
-                .copied()
+            let near = on_line.iter().filter(|(way, blur)| {
+                let beyond = sign * (way - end);
+                ties::above(sign * way, sign * middle, ties::LENGTH)
+                    && beyond > -(reach.before + SIGMAS * blur)
+                    && beyond < reach.beyond
+            });
+            let near = near.map(|place| ((place.0 - end).abs(), *place));
+            ties::first_least(near, |_, _| ties::LENGTH).map(|(_, place)| place)
         };
         let (low, blur_low) = nearest(low, -1.0).unwrap_or((low, 0.0));
         let (high, blur_high) = nearest(high, 1.0).unwrap_or((high, 0.0));
@@ -103,14 +102,20 @@ impl Wall {
     pub fn explains(&self, arc: &Arc) -> Option<Place> {
         let (fit, bearing) = self.fit(arc);
         let Fit { misfit, variance } = fit;
-        if misfit * misfit > SIGMAS * SIGMAS * variance || !arc.beam_holds(bearing) {
+        if misfit * misfit > SIGMAS * SIGMAS * variance
+            || !arc.beam_nearly_holds(bearing, ties::ANGLE)
+        {
             return None;
         }
         let way = arc.center().dot(&self.along);
         let slack = SIGMAS * self.blur;
-        if way > self.low + slack && way < self.high - slack {
+        // Where no corner ends the wall, its outermost readings do: they are on it.
+        let within = |low, high| {
+            ties::at_least(way, low, ties::LENGTH) && ties::at_most(way, high, ties::LENGTH)
+        };
+        if within(self.low + slack, self.high - slack) {
             Some(Place::On)
-        } else if way > self.low - slack && way < self.high + slack {
+        } else if within(self.low - slack, self.high + slack) {
             Some(Place::AtEnd)
         } else {
             None

@@ -1,10 +1,14 @@
-//! The records of a chunk: decompressed, and checked against the chunk's checksum.
+//! The records of a chunk: decompressed, held against the chunk's checksum, and what they hold.
 
-use std::io::{self, Read, Seek};
+use std::collections::BTreeMap;
+use std::io::{self, BufReader, Read, Seek};
 
-use super::record::ChunkHeader;
+use super::loss::Why;
+use super::record::{self, ChunkHeader, Records, op};
 use super::source::Source;
-use super::{MAX_CHUNK, Why};
+
+/// The largest chunk or message, compressed or not, that is read: bytes.
+pub const MAX_CHUNK: u64 = 128 << 20;
 
 /// Largest window that a zstd frame may ask for, as a power of two: beside the largest chunk it
 /// keeps the whole program far from 300 MiB.
@@ -13,33 +17,39 @@ const ZSTD_WINDOW_LOG: u32 = 26;
 /// How much all chunks of a file may unpack to: a constant, and a multiple of the file's size.
 const BUDGET: (u64, u64) = (512 << 20, 100);
 
+/// And how much may be unpacked of what only looks like a chunk.
+const TRIALS: (u64, u64) = (16 << 20, 4);
+
 /// Decompresses chunks, one after the other.
 #[derive(Debug)]
 pub struct Unpacker {
     buffer: Vec<u8>,
     file: u64,
     left: u64,
+    trials: u64,
 }
 
 impl Unpacker {
     /// For a file of so many bytes.
     pub fn new(file: u64) -> Self {
+        let budget = |(base, times): (u64, u64)| file.saturating_mul(times).saturating_add(base);
         Self {
             buffer: Vec::new(),
             file,
-            left: BUDGET.0.saturating_add(file.saturating_mul(BUDGET.1)),
+            left: budget(BUDGET),
+            trials: budget(TRIALS),
         }
     }
 
     /// The records of a whole chunk, if they are what was written.
     ///
     /// The outer error is of the file's reading, the inner one of what is in it.
-    pub fn records<'a, R: Read + Seek>(
-        &'a mut self,
-        source: &'a mut Source<R>,
+    pub fn records<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
         offset: u64,
         header: &ChunkHeader,
-    ) -> io::Result<Result<&'a [u8], Why>> {
+    ) -> io::Result<Result<&[u8], Why>> {
         // Before it is read: these need not be decompressed to be told.
         if header.compression.is_empty() && header.compressed != header.uncompressed {
             return Ok(Err(Why::Size {
@@ -50,11 +60,10 @@ impl Unpacker {
         if let Err(why) = self.admit(header) {
             return Ok(Err(why));
         }
-        let bytes = match self.unpack(source, offset, header)? {
-            (_, Some(why)) => return Ok(Err(why)),
-            (bytes, None) => bytes,
-        };
-        let found = bytes.len() as u64;
+        if let Some(why) = self.unpack(source, offset, header)? {
+            return Ok(Err(why));
+        }
+        let found = self.buffer.len() as u64;
         if found != header.uncompressed {
             return Ok(Err(Why::Size {
                 claimed: header.uncompressed,
@@ -65,29 +74,52 @@ impl Unpacker {
         let found = if expected == 0 {
             0
         } else {
-            crc32fast::hash(bytes)
+            crc32fast::hash(&self.buffer)
         };
         Ok(if found == expected {
-            Ok(bytes)
+            Ok(&self.buffer)
         } else {
             Err(Why::Checksum { expected, found })
         })
     }
 
-    /// The records of a chunk that the file ends within, as far as they go.
-    pub fn beginning<'a, R: Read + Seek>(
-        &'a mut self,
-        source: &'a mut Source<R>,
+    /// Whether what looks like a chunk is one, by its checksum. After many that are none, nothing is.
+    pub fn proves<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
         offset: u64,
         header: &ChunkHeader,
-    ) -> io::Result<Result<&'a [u8], Why>> {
+    ) -> io::Result<bool> {
+        let cost = header.uncompressed.max(header.compressed);
+        if header.checksum == 0 || cost > self.trials {
+            return Ok(false);
+        }
+        let proved = self.records(source, offset, header)?.is_ok();
+        if !proved {
+            self.trials -= cost;
+        }
+        Ok(proved)
+    }
+
+    /// The records of a chunk that the file ends within, as far as they go.
+    pub fn beginning<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
+        offset: u64,
+        header: &ChunkHeader,
+    ) -> io::Result<Result<&[u8], Why>> {
         if let Err(why) = self.admit(header) {
             return Ok(Err(why));
         }
         Ok(match self.unpack(source, offset, header)? {
-            (_, Some(why @ Why::Compression(_))) => Err(why),
-            (bytes, _) => Ok(bytes),
+            Some(why @ Why::Compression(_)) => Err(why),
+            _ => Ok(&self.buffer),
         })
+    }
+
+    /// What was unpacked last.
+    pub fn last(&self) -> &[u8] {
+        &self.buffer
     }
 
     /// Refuses what would take too much memory or time.
@@ -100,35 +132,53 @@ impl Unpacker {
         Ok(())
     }
 
-    /// As many bytes as can be had, at most one more than the header claims, and why there are no
-    /// more.
-    fn unpack<'a, R: Read + Seek>(
-        &'a mut self,
-        source: &'a mut Source<R>,
+    /// Unpacks as many bytes as can be had, at most one more than the header claims, and says why
+    /// there are no more.
+    fn unpack<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
         offset: u64,
         header: &ChunkHeader,
-    ) -> io::Result<(&'a [u8], Option<Why>)> {
+    ) -> io::Result<Option<Why>> {
         let limit = header.uncompressed.saturating_add(1);
-        self.buffer.clear();
-        if header.compression.is_empty() {
-            // It may be read where it lies.
-            return Ok((source.get(offset, header.compressed)?, None));
-        }
-        let packed = io::BufReader::new(source.stream(offset, header.compressed)?);
+        let buffer = &mut self.buffer;
+        buffer.clear();
+        let mut packed = BufReader::new(source.stream(offset, header.compressed)?);
         let read = match header.compression.as_str() {
+            "" => {
+                packed.take(limit).read_to_end(buffer)?; // of the file itself
+                return Ok(None);
+            }
             "zstd" => zstd::Decoder::with_buffer(packed).and_then(|mut decoder| {
                 decoder.window_log_max(ZSTD_WINDOW_LOG)?;
-                decoder.take(limit).read_to_end(&mut self.buffer)
+                decoder.take(limit).read_to_end(buffer)
             }),
-            "lz4" => lz4::Decoder::new(packed)
-                .and_then(|decoder| decoder.take(limit).read_to_end(&mut self.buffer)),
-            other => return Ok((&[], Some(Why::Compression(other.to_owned())))),
+            "lz4" => lz4::Decoder::new(&mut packed)
+                .and_then(|decoder| decoder.take(limit).read_to_end(buffer)),
+            other => return Ok(Some(Why::Compression(other.to_owned()))),
         };
-        let problem = read
+        Ok(read
             .err()
-            .map(|error| Why::Decompression(error.to_string()));
-        Ok((&self.buffer, problem))
+            .map(|error| Why::Decompression(error.to_string())))
     }
+}
+
+/// The log times of the messages in a chunk, by their channels.
+pub type Times = BTreeMap<u16, Vec<u64>>;
+
+pub fn times(records: &[u8]) -> Times {
+    let mut times = Times::new();
+    let messages = Records::new(records).filter(|record| record.opcode == op::MESSAGE);
+    for (channel, time, _) in messages.filter_map(|record| record::message(record.body).ok()) {
+        times.entry(channel).or_default().push(time);
+    }
+    times
+}
+
+/// From the first to the last of them.
+pub fn span(times: &Times) -> Option<(u64, u64)> {
+    let all = || times.values().flatten().copied();
+    Some((all().min()?, all().max()?))
 }
 
 #[cfg(test)]

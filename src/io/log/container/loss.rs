@@ -1,8 +1,8 @@
-//! What could not be read, and why.
+//! The losses of a file: what could not be read, where, and why.
 
 use std::fmt;
 
-use super::MAX_CHUNK;
+use super::chunk::MAX_CHUNK;
 use crate::core::wording::counted;
 
 /// Something that could not be read from the file, or cannot be trusted.
@@ -70,135 +70,94 @@ pub const BEHIND: &str = "what follows the log";
 /// Why a part of the file was not used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Why {
-    /// Bytes were changed.
     #[error("its checksum is {found:08x} and should be {expected:08x}: bytes of it were changed")]
-    Checksum {
-        /// In the file.
-        expected: u32,
-        /// Of the bytes that are there.
-        found: u32,
-    },
-    /// The data section's checksum covers it, and does not agree.
+    Checksum { expected: u32, found: u32 },
     #[error(
-        "the checksum of the data section does not match, and no other covers these messages: any of \
+        "the checksum of the data section does not match, and no other covers these records: any of \
          them may be damaged, so none is used. input.trust_unchecked = true uses them all the same"
     )]
     DataSection,
-    /// As above; they are used because the configuration says so.
     #[error(
-        "the checksum of the data section does not match, and no other covers these messages: any of \
+        "the checksum of the data section does not match, and no other covers these records: any of \
          them may be damaged. All are used, as input.trust_unchecked says"
     )]
     Unchecked,
-    /// The data section's checksum does not agree, and nothing else is wrong.
     #[error(
         "the checksum of the data section does not match, although that of every chunk does: \
          something between the chunks was changed, put in or taken out"
     )]
     BetweenChunks,
-    /// A header that is none.
     #[error("its header is damaged")]
     Header,
-    /// A length that does not fit, or a kind that does not exist.
     #[error("no record begins here: its kind or its length is damaged")]
     Prefix,
-    /// No chunk of the length that the index has.
     #[error("the summary's index has a chunk of {0} bytes here, and no such record begins here")]
     NotIndexed(u64),
-    /// A kind of record that does not stand there, or holds what a message does.
-    #[error("its kind, {0:#04x}, is damaged")]
+    #[error("its kind, {0:#04x}, is none that stands here")]
     Kind(u8),
-    /// A length that does not fit, of a definition whose fields do.
     #[error("its length is damaged; its fields were read all the same")]
     Length,
-    /// Nothing was written here.
+    #[error("it is not the chunk that the summary's index has here, nor any other of the index")]
+    OtherChunk,
+    #[error("the summary's index has it with other times than its messages have")]
+    OtherTimes,
+    #[error("the summary's index does not list it: it is no part of this log, and was not used")]
+    NotListed,
+    #[error("message indexes list them, and no chunk before these holds them")]
+    NotHeld,
     #[error("it is filled with zeros: nothing was written here, as after a power loss")]
     Zeros,
-    /// A chunk beyond the limit.
     #[error("it is {0} bytes long; no more than {MAX_CHUNK} are read")]
     TooLarge(u64),
-    /// Compressed data that is longer or shorter than it should be.
     #[error("it holds {} uncompressed and should hold {claimed}", counted(*found, "byte"))]
-    Size {
-        /// By its header.
-        claimed: u64,
-        /// Found.
-        found: u64,
-    },
-    /// A file that unpacks to absurd lengths.
+    Size { claimed: u64, found: u64 },
     #[error(
         "the chunks of this file, which has {0} bytes, unpack to more than is read of such a file"
     )]
     Bomb(u64),
-    /// A compression that is not read.
     #[error("its compression, `{0}`, is not known; zstd, lz4 and none are")]
     Compression(String),
-    /// Compressed data that cannot be decompressed.
     #[error("it cannot be decompressed: {0}")]
     Decompression(String),
-    /// A schema that is defined twice.
     #[error("schema {0} is defined again, and otherwise: the first definition is kept")]
     SchemaConflict(u16),
-    /// More definitions than are held.
     #[error("its message definitions, with those before it, are longer than is held of a file")]
     Definitions,
-    /// A chunk whose records do not fit.
     #[error("a record in it runs beyond its end, or is none; what stands before it was used")]
     Overrun,
-    /// The file ends within it.
     #[error(
         "the file ends within it. {} before the end {}",
         counted(*used, "message"),
         if *used == 1 { "was used; no checksum covers it" } else { "were used; no checksum covers them" }
     )]
-    CutOff {
-        /// Messages that were used.
-        used: u64,
-    },
-    /// The file ends within it, and nothing of it is of use.
+    CutOff { used: u64 },
     #[error("the file ends within it")]
     Cut,
-    /// The recorder did not finish.
     #[error("the file ends without a footer: its recorder did not finish")]
     NoFooter,
-    /// Messages whose channel is nowhere defined.
     #[error("channel {0}, which they are on, is not defined before them or in the summary")]
     UnknownChannel(u16),
-    /// A channel whose schema is nowhere defined.
     #[error("schema {0}, which it needs, is not defined before it or in the summary")]
     UnknownSchema(u16),
-    /// A channel that is defined twice, differently.
     #[error(
         "channel {0} is defined a second time, otherwise; its messages from there on are not used"
     )]
     Conflict(u16),
-    /// Records whose fields do not fit.
     #[error("a field runs beyond its record")]
     Malformed,
-    /// A summary that does not hold together.
     #[error("it is damaged, and was not used; no message is lost by that alone")]
     Summary,
-    /// The number of messages is not what the summary says.
     #[error("the summary counts {counted} messages; {read} were read")]
-    Count {
-        /// By the summary.
-        counted: u64,
-        /// Read.
-        read: u64,
-    },
-    /// One log put behind another.
+    Count { counted: u64, read: u64 },
     #[error(
         "one log ends and another begins: two were joined. The messages of both are used, those of \
          channels that have other numbers in the second excepted"
     )]
     Joined,
-    /// Bytes behind the log's end.
     #[error("it is no part of the log that ends before it, and was not read")]
     Trailing,
-    /// The first bytes of the file.
     #[error("the magic bytes are damaged")]
     Magic,
-    /// More losses than anyone reads.
     #[error("there are {0} more such places")]
     More(u64),
 }
@@ -260,6 +219,94 @@ pub fn wider(one: Option<(u64, u64)>, other: Option<(u64, u64)>) -> Option<(u64,
     match (one, other) {
         (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
         (one, other) => one.or(other),
+    }
+}
+
+/// More losses than this are only counted.
+const MOST: usize = 200;
+
+/// Every loss of a file.
+#[derive(Debug, Default)]
+pub struct Losses {
+    list: Vec<Loss>,
+    more: u64,
+    /// From here on, what lies behind a loss is not yet known.
+    open: usize,
+    /// From here on, nor is what lies before it.
+    new: usize,
+}
+
+impl Losses {
+    /// Whether there is any.
+    pub fn any(&self) -> bool {
+        !self.list.is_empty()
+    }
+
+    /// Messages that are known to be lost.
+    pub fn messages(&self) -> u64 {
+        let known = self.list.iter().filter_map(|loss| loss.messages);
+        known.fold(0, u64::saturating_add)
+    }
+
+    /// Adds one.
+    pub fn add(&mut self, loss: Loss) {
+        if self.list.len() < MOST {
+            self.list.push(loss);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// Dates the losses by the messages used in one step: those from before it by the `first`, its
+    /// own by the `last` of all so far.
+    pub fn date(&mut self, first: Option<u64>, last: Option<u64>) {
+        if let Some(first) = first {
+            for loss in self.list.get_mut(self.open..self.new).unwrap_or_default() {
+                loss.until = Some(first);
+            }
+            self.open = self.new;
+        }
+        for loss in self.list.get_mut(self.new..).unwrap_or_default() {
+            loss.since = last;
+        }
+        self.new = self.list.len();
+    }
+
+    /// Adds a message outside of chunks: one loss for all that follow each other for one reason.
+    pub fn add_message(&mut self, offset: u64, end: u64, log_time: Option<u64>, why: Why) {
+        const WHAT: &str = "messages";
+        let span = log_time.map(|time| (time, time));
+        match self.list.last_mut() {
+            Some(last) if last.why == why && last.what == WHAT => {
+                last.bytes = end.saturating_sub(last.offset);
+                last.messages = last.messages.map(|count| count + 1);
+                last.span = wider(last.span, span);
+            }
+            _ => self.add(Loss {
+                span,
+                messages: Some(1),
+                ..Loss::new(offset, end.saturating_sub(offset), WHAT, why)
+            }),
+        }
+    }
+
+    /// Whether the last loss reaches to some place.
+    pub fn reach(&self, end: u64) -> bool {
+        let last = self.list.last();
+        last.is_some_and(|loss| loss.offset.saturating_add(loss.bytes) == end)
+    }
+
+    /// All of them, by offset, with times told from the first message on.
+    pub fn finish(mut self, log_start: Option<u64>) -> Vec<Loss> {
+        self.list.sort_by_key(|loss| loss.offset);
+        if self.more > 0 {
+            let why = Why::More(self.more);
+            self.list.push(Loss::new(0, 0, "the list ends here", why));
+        }
+        for loss in &mut self.list {
+            loss.log_start = log_start;
+        }
+        self.list
     }
 }
 

@@ -2,12 +2,14 @@
 //!
 //! Only what is used is read, and every field is checked against the bytes that are there.
 
-use super::fields::{Fields, Malformed};
-use super::{Channel, Schema};
+use super::channels::{Channel, Schema};
 
-/// Opcodes.
+/// Stands at both ends of a file.
+pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+/// Bytes of [`MAGIC`].
+pub const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
+
 pub mod op {
-    #![allow(missing_docs, reason = "they are the names of the format")]
     pub const HEADER: u8 = 0x01;
     pub const FOOTER: u8 = 0x02;
     pub const SCHEMA: u8 = 0x03;
@@ -17,11 +19,8 @@ pub mod op {
     pub const MESSAGE_INDEX: u8 = 0x07;
     pub const CHUNK_INDEX: u8 = 0x08;
     pub const ATTACHMENT: u8 = 0x09;
-    pub const ATTACHMENT_INDEX: u8 = 0x0A;
     pub const STATISTICS: u8 = 0x0B;
     pub const METADATA: u8 = 0x0C;
-    pub const METADATA_INDEX: u8 = 0x0D;
-    pub const SUMMARY_OFFSET: u8 = 0x0E;
     pub const DATA_END: u8 = 0x0F;
     /// From here on opcodes belong to applications.
     pub const PRIVATE: u8 = 0x80;
@@ -29,11 +28,67 @@ pub mod op {
 
 /// Opcode and length in front of every record, bytes.
 pub const PREFIX: u64 = 9;
+/// Bytes of a data end record, which holds a checksum.
+pub const DATA_END: u64 = PREFIX + 4;
+/// Bytes of a message's body before its content.
+pub const MESSAGE_HEADER: u64 = 22;
+/// Bytes of a message index's body before its entries: the channel, and the bytes of all entries.
+pub const INDEX_HEADER: u64 = 6;
+/// Bytes of an entry of a message index: log time, and place in the chunk.
+pub const INDEX_ENTRY: u64 = 16;
+
+/// A field that its record is too short for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a field runs beyond its record")]
+pub struct Malformed;
+
+/// The fields of a record, taken from the front.
+#[derive(Debug, Clone, Copy)]
+pub struct Fields<'a>(pub &'a [u8]);
+
+impl<'a> Fields<'a> {
+    pub fn take(&mut self, count: usize) -> Result<&'a [u8], Malformed> {
+        let (head, rest) = self.0.split_at_checked(count).ok_or(Malformed)?;
+        self.0 = rest;
+        Ok(head)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Malformed> {
+        let (head, rest) = self.0.split_first_chunk::<N>().ok_or(Malformed)?;
+        self.0 = rest;
+        Ok(*head)
+    }
+
+    pub fn u8(&mut self) -> Result<u8, Malformed> {
+        self.array().map(u8::from_le_bytes)
+    }
+
+    pub fn u16(&mut self) -> Result<u16, Malformed> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    pub fn u32(&mut self) -> Result<u32, Malformed> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub fn u64(&mut self) -> Result<u64, Malformed> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    /// Bytes with their count, in four bytes, before them.
+    pub fn counted(&mut self) -> Result<&'a [u8], Malformed> {
+        let count = self.u32()?;
+        self.take(usize::try_from(count).map_err(|_| Malformed)?)
+    }
+
+    /// Text; replaces what is not UTF-8 in it.
+    pub fn text(&mut self) -> Result<String, Malformed> {
+        self.counted()
+            .map(|bytes| String::from_utf8_lossy(bytes).into_owned())
+    }
+}
 
 /// A schema and its number.
-///
-/// # Errors
-/// A record that is too short.
 pub fn schema(body: &[u8]) -> Result<(u16, Schema), Malformed> {
     let mut fields = Fields(body);
     let id = fields.u16()?;
@@ -46,9 +101,6 @@ pub fn schema(body: &[u8]) -> Result<(u16, Schema), Malformed> {
 }
 
 /// A channel, still without its schema, and the number of that.
-///
-/// # Errors
-/// A record that is too short.
 pub fn channel(body: &[u8]) -> Result<(u16, Channel), Malformed> {
     let mut fields = Fields(body);
     let id = fields.u16()?;
@@ -64,9 +116,6 @@ pub fn channel(body: &[u8]) -> Result<(u16, Channel), Malformed> {
 }
 
 /// A message: its channel, its log time, its bytes.
-///
-/// # Errors
-/// A record that is too short.
 pub fn message(body: &[u8]) -> Result<(u16, u64, &[u8]), Malformed> {
     let mut fields = Fields(body);
     let channel = fields.u16()?;
@@ -76,14 +125,14 @@ pub fn message(body: &[u8]) -> Result<(u16, u64, &[u8]), Malformed> {
     Ok((channel, log_time, fields.0))
 }
 
-/// What stands before the records of a chunk.
+/// The part of a chunk before its records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkHeader {
     /// Log times of its first and last message.
     pub span: (u64, u64),
     /// Bytes of its records when decompressed.
     pub uncompressed: u64,
-    /// Of the uncompressed records; 0 where it was not computed.
+    /// Of the uncompressed records; 0 where the writer computed none.
     pub checksum: u32,
     /// `zstd`, `lz4`, or empty.
     pub compression: String,
@@ -97,10 +146,6 @@ impl ChunkHeader {
     /// So many bytes of a chunk's body hold its header, unless its compression has an absurd name.
     pub const ROOM: u64 = 40 + 64;
 
-    /// Reads the header at the front of a chunk's body.
-    ///
-    /// # Errors
-    /// A body that is too short.
     pub fn parse(body: &[u8]) -> Result<Self, Malformed> {
         let mut fields = Fields(body);
         let header = Self {
@@ -114,62 +159,44 @@ impl ChunkHeader {
         let length = body.len().saturating_sub(fields.0.len()) as u64;
         Ok(Self { length, ..header })
     }
-
-    /// Whether the header fills a body of so many bytes, as it does in every file that was written
-    /// by the book.
-    pub fn fills(&self, body: u64) -> bool {
-        self.length.checked_add(self.compressed) == Some(body)
-    }
 }
 
-/// What the summary says of a chunk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// An entry of the summary's index: a chunk. Ordered by what it says of the chunk itself, and then
+/// by where it says that the chunk stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ChunkIndex {
     /// Log times of its first and last message.
     pub span: (u64, u64),
-    /// Where the chunk's record begins.
+    /// Bytes of its records when decompressed.
+    pub uncompressed: u64,
+    /// Where its record begins.
     pub offset: u64,
-    /// Bytes of the whole record.
+    /// Bytes of its whole record.
     pub length: u64,
 }
 
 impl ChunkIndex {
-    /// Reads a chunk index record.
-    ///
-    /// # Errors
-    /// A body that is too short.
     pub fn parse(body: &[u8]) -> Result<Self, Malformed> {
         let mut fields = Fields(body);
+        let span = (fields.u64()?, fields.u64()?);
+        let (offset, length) = (fields.u64()?, fields.u64()?);
+        fields.counted()?; // where the message indexes are
+        fields.u64()?; // and how long
+        fields.counted()?; // compression
+        fields.u64()?; // compressed size
         Ok(Self {
-            span: (fields.u64()?, fields.u64()?),
-            offset: fields.u64()?,
-            length: fields.u64()?,
+            span,
+            uncompressed: fields.u64()?,
+            offset,
+            length,
         })
     }
-
-    /// The first byte behind the chunk.
-    pub fn end(&self) -> u64 {
-        self.offset.saturating_add(self.length)
-    }
-}
-
-/// How many messages a message index lists.
-///
-/// # Errors
-/// A body that is too short.
-pub fn indexed_messages(body: &[u8]) -> Result<u64, Malformed> {
-    const ENTRY: u32 = 16;
-    let mut fields = Fields(body);
-    fields.u16()?; // channel
-    Ok((fields.u32()? / ENTRY).into())
 }
 
 /// One record inside a chunk or summary.
 #[derive(Debug, Clone, Copy)]
 pub struct Inner<'a> {
-    /// Its kind.
     pub opcode: u8,
-    /// Its fields.
     pub body: &'a [u8],
 }
 
@@ -180,7 +207,6 @@ pub struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// The records in `bytes`.
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes }
     }

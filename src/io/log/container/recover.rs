@@ -1,22 +1,16 @@
-//! What follows damage: where to go on, and what was lost.
+//! What follows damage: where to go on, what was lost, and how the file ends.
 
-use std::io::{Read, Seek};
+use std::io::{self, Read, Seek};
 
-use super::loss::{Loss, Why};
-use super::overlap::overlapped;
-use super::record::{self, PREFIX, op};
-use super::scan::{self, Sought, next_record};
-use super::walker::{Next, Walker};
-use super::{MAGIC, OpenError};
-
-/// A chunk, and nothing else.
-pub(super) const A_CHUNK: Sought<'static> = Sought {
-    data_end: false,
-    messages: None,
-};
+use super::border::{self, CHAIN, Prefix};
+use super::chunk::MAX_CHUNK;
+use super::loss::{BEHIND, Loss, SUMMARY, Why};
+use super::record::{self, ChunkHeader, MAGIC, MAGIC_LENGTH, MESSAGE_HEADER, PREFIX, op};
+use super::walker::{Next, Walker, kind};
 
 impl<R: Read + Seek> Walker<'_, R> {
-    /// Reports a chunk that cannot be used, and goes on behind it. Its length may be wrong as well.
+    /// Reports a chunk that cannot be used, and goes on behind it, or within it where another record
+    /// proves that it ends earlier than it says.
     pub(super) fn lose_chunk(
         &mut self,
         at: u64,
@@ -25,157 +19,72 @@ impl<R: Read + Seek> Walker<'_, R> {
         why: Why,
     ) -> Next {
         self.chunked = true;
-        self.passed = at + 1;
-        let trusted = match why {
-            _ if self.places.at(at).is_some() => true,
+        let next = match why {
             // Nothing speaks against the length of these.
-            Why::Compression(_) | Why::TooLarge(_) | Why::Bomb(_) => true,
-            _ => false,
+            Why::Compression(_) | Why::TooLarge(_) | Why::Bomb(_) => end,
+            _ if self.leads_on(end, CHAIN)? => end,
+            _ => self.search(at + 1, end, Some(end))?.unwrap_or(end),
         };
-        let next = if trusted {
-            end
+        let (behind, messages) = if next == end {
+            self.message_indexes(end, None)?
         } else {
-            self.behind_lost_chunk(at, end)?
+            (next, None)
         };
-        let described = self.places.described(at).map(|index| index.span);
-        let messages = if next < end {
-            None
-        } else {
-            self.indexed_messages(end)?
-        };
+        let entry = self.index.lose(at);
         self.losses.add(Loss {
-            span: described.or(span),
+            span: entry.map(|entry| entry.span).or(span),
             messages,
-            ..Loss::new(at, next.min(end) - at, "a chunk", why)
+            ..Loss::new(at, next - at, "a chunk", why)
         });
-        // Behind a good length stand the chunk's message indexes, which nobody misses.
-        if next > end && !self.could_begin(end)? {
-            let why = if self.is_zero(end, next)? {
-                Why::Zeros
-            } else {
-                Why::Prefix
-            };
-            let what = self.stretch(next);
-            self.losses.add(Loss::new(end, next - end, what, why));
-        }
-        Ok(Some(next))
+        Ok(Some(behind))
     }
 
-    /// What an unreadable stretch up to some place is called.
-    fn stretch(&self, to: u64) -> &'static str {
-        if to == self.source.length() {
+    /// Reports damage where a record should begin, and goes on at the next one that proves itself.
+    pub(super) fn go_on(&mut self, at: u64, prefix: Prefix) -> Next {
+        let length = self.source.length();
+        if let Some(entry) = self.index.at(at) {
+            let end = at.saturating_add(entry.length);
+            if end <= self.limit(at) && self.leads_on(end, CHAIN)? {
+                return self.lose_chunk(at, end, None, Why::NotIndexed(entry.length));
+            }
+        }
+        let is_cut = !self.tail.magic && prefix.is_possible() && prefix.end(at) > length;
+        let limit = self.limit(at + 1);
+        let found = self.search(at + 1, limit, None)?;
+        if is_cut
+            && found.is_none()
+            && prefix.opcode == op::CHUNK
+            && let Some(next) = self.cut_chunk(at, prefix)?
+        {
+            return Ok(Some(next));
+        }
+        let next = found.unwrap_or(limit);
+        let rest = if next == length {
             "everything to the end of the file"
         } else {
             "a part"
-        }
-    }
-
-    /// The next chunk behind one whose length may be wrong: within it, behind it, or wherever a scan
-    /// finds one, since what stands at a wrong end may look like a record by chance.
-    fn behind_lost_chunk(&mut self, at: u64, end: u64) -> Result<u64, OpenError> {
-        if let Some(inside) = next_record(&mut self.source, at + 1, end, A_CHUNK)? {
-            return Ok(inside);
-        }
-        let length = self.source.length();
-        let mut follows = end;
-        while let Some(prefix) = scan::prefix(&mut self.source, follows)?
-            && prefix.is_message_index()
-            && prefix.end(follows) <= length
-        {
-            follows = prefix.end(follows);
-        }
-        let limit = self.limit(at);
-        let sought = Sought {
-            data_end: true,
-            ..A_CHUNK
         };
-        if follows >= limit || scan::begins(&mut self.source, follows, sought)? {
-            return Ok(end);
-        }
-        Ok(next_record(&mut self.source, end, limit, sought)?.unwrap_or(limit))
-    }
-
-    /// The messages that the message indexes from `at` on list.
-    pub(super) fn indexed_messages(&mut self, mut at: u64) -> Result<Option<u64>, OpenError> {
-        const HEAD: u64 = 6;
-        const ENTRY: u64 = 16;
-        let mut count = None;
-        while let Some(prefix) = scan::prefix(&mut self.source, at)?
-            && prefix.opcode == op::MESSAGE_INDEX
-            && prefix.end(at) <= self.source.length()
-        {
-            let body = self.source.get(at + PREFIX, HEAD.min(prefix.length))?;
-            // No more than the record has room for.
-            let listed = record::indexed_messages(body)
-                .unwrap_or_default()
-                .min(prefix.length / ENTRY);
-            count = Some(count.unwrap_or(0_u64).saturating_add(listed));
-            at = prefix.end(at);
-        }
-        Ok(count)
-    }
-
-    /// Reports damage at some place, and finds the next one where reading can go on; behind
-    /// `message`, where the damage may have begun within a message that ends there.
-    pub(super) fn go_on(&mut self, at: u64, message: Option<u64>) -> Next {
-        let length = self.source.length();
-        if let Some(index) = self.places.at(at).copied() {
-            let after = self.places.after(at).map_or(length, |next| next.offset);
-            let next = index.end().min(after).min(length).max(at + 1);
-            let messages = self.indexed_messages(next)?;
-            self.losses.add(Loss {
-                span: Some(index.span),
-                messages,
-                ..Loss::new(at, next - at, "a chunk", Why::NotIndexed(index.length))
-            });
-            return Ok(Some(next));
-        }
-        let searched = self
-            .places
-            .after(at)
-            .map_or(self.limit(at), |next| next.offset);
-        // A damaged length may have led past a chunk, to what looked like a record by chance.
-        let missed = next_record(&mut self.source, self.passed.min(at), at, A_CHUNK)?;
-        self.passed = self.passed.max(at + 1);
-        if let Some(missed) = missed {
-            self.losses
-                .add(Loss::new(missed, 0, "what stands before", Why::Prefix));
-            return Ok(Some(missed));
-        }
-        let sought = Sought {
-            data_end: self.tail.limit.is_none(),
-            messages: (!self.chunked).then(|| self.used.known()),
-        };
-        let overlapped = match message {
-            Some(end) if self.looks > 0 => {
-                self.looks -= 1; // each look costs a pass over many records
-                overlapped(&mut self.source, at, end.min(searched), sought)?
-            }
-            _ => None,
-        };
-        let from = message.unwrap_or(at).saturating_add(1);
-        let next = match overlapped {
-            Some(record) => record,
-            None => next_record(&mut self.source, from, searched, sought)?
-                .unwrap_or(searched.max(at + 1).min(length)),
-        };
-        let why = if self.is_zero(message.unwrap_or(at), next)? {
-            Why::Zeros
-        } else if next == length && self.is_cut(at)? {
-            Why::Cut
+        let (what, why) = if self.source.is_zero(at, next)? {
+            (rest, Why::Zeros)
+        } else if is_cut && next == length && prefix.length <= MAX_CHUNK {
+            let what = match prefix.opcode {
+                op::CHUNK => "the last chunk",
+                op::MESSAGE => "the last message",
+                _ => "a record",
+            };
+            (what, Why::Cut)
         } else {
-            Why::Prefix
-        };
-        let what = match why {
-            Why::Cut => self.cut_kind(at)?,
-            Why::Prefix => self.kind(at)?.unwrap_or(self.stretch(next)),
-            _ => self.stretch(next),
+            let what = match prefix.opcode {
+                op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => kind(prefix.opcode),
+                _ => rest,
+            };
+            (what, Why::Prefix)
         };
         let loss = Loss::new(at, next - at, what, why);
-        self.losses.add(match self.places.described(at) {
-            Some(index) => Loss {
+        self.losses.add(match self.index.lose(at) {
+            Some(entry) => Loss {
                 what: "a chunk",
-                span: Some(index.span),
+                span: Some(entry.span),
                 ..loss
             },
             None => loss,
@@ -183,23 +92,127 @@ impl<R: Read + Seek> Walker<'_, R> {
         Ok(Some(next))
     }
 
+    /// The first record in `from..to` that proves itself. Where the records that it is looked for in say
+    /// twice that they are one, `within` its end, only a record that runs over that end speaks against it.
+    fn search(&mut self, from: u64, to: u64, within: Option<u64>) -> io::Result<Option<u64>> {
+        let indexed = self.index.next(from).filter(|place| *place < to);
+        let stop = indexed.unwrap_or(to);
+        let mut at = from;
+        while let Some(candidate) = border::next_candidate(&mut self.source, at, stop)? {
+            if self.proves_itself(candidate, within)? {
+                return Ok(Some(candidate));
+            }
+            at = candidate + 1;
+        }
+        Ok(indexed)
+    }
+
+    fn proves_itself(&mut self, at: u64, within: Option<u64>) -> io::Result<bool> {
+        let Some(prefix) = border::prefix(&mut self.source, at)? else {
+            return Ok(false);
+        };
+        match prefix.opcode {
+            op::CHUNK => self.chunk_proves_itself(at, prefix, within),
+            op::DATA_END if self.tail.data_end.is_none() => {
+                border::ends_data(&mut self.source, at, !self.tail.magic)
+            }
+            // A damaged chunk may hold what looks like these.
+            op::SCHEMA | op::CHANNEL if !self.chunked => self.leads_on(at, CHAIN),
+            op::MESSAGE if !self.chunked => {
+                let head = self
+                    .source
+                    .peek::<{ MESSAGE_HEADER as usize }>(at + PREFIX)?;
+                let message = head.as_ref().and_then(|head| record::message(head).ok());
+                let is_known = message.is_some_and(|(id, ..)| self.delivery.knows(id));
+                Ok(is_known && self.leads_on(at, CHAIN)?)
+            }
+            _ => Ok(false),
+        }
+    }
+
+    /// A chunk proves itself by the index, where there is one that binds, or else by its checksum, or
+    /// without one by what follows.
+    fn chunk_proves_itself(
+        &mut self,
+        at: u64,
+        prefix: Prefix,
+        within: Option<u64>,
+    ) -> io::Result<bool> {
+        let Some(header) = self.sound_header(at, prefix)? else {
+            return Ok(false);
+        };
+        if self.index.binds(at) {
+            return Ok(self.index.lists(at, &header));
+        }
+        let end = prefix.end(at);
+        if within.is_some_and(|outer| end <= outer) {
+            return Ok(false);
+        }
+        if end > self.source.length() {
+            return Ok(!self.tail.magic); // the last one, which was cut off
+        }
+        if header.checksum == 0 {
+            return self.leads_on(end, CHAIN);
+        }
+        let from = at + PREFIX + header.length;
+        self.unpacker.proves(&mut self.source, from, &header)
+    }
+
+    /// The header of what may be a chunk, if it says the same of its length as the record does.
+    fn sound_header(&mut self, at: u64, prefix: Prefix) -> io::Result<Option<ChunkHeader>> {
+        let header = border::chunk_header(&mut self.source, at)?;
+        Ok(header.filter(|header| {
+            header.length.checked_add(header.compressed) == Some(prefix.length)
+                && header.uncompressed.max(header.compressed) <= MAX_CHUNK
+                && matches!(header.compression.as_str(), "" | "zstd" | "lz4")
+        }))
+    }
+
+    /// Uses what there is of a chunk that the file ends within.
+    fn cut_chunk(&mut self, at: u64, prefix: Prefix) -> Next {
+        let Some(header) = self.sound_header(at, prefix)? else {
+            return Ok(None);
+        };
+        self.chunked = true;
+        let length = self.source.length();
+        let before = self.delivery.messages;
+        let from = at + PREFIX + header.length;
+        let present = ChunkHeader {
+            compressed: length.saturating_sub(from),
+            ..header
+        };
+        let why = match self.unpacker.beginning(&mut self.source, from, &present)? {
+            Err(why) => why,
+            Ok(records) => {
+                self.delivery.records(records, true);
+                match self.delivery.messages - before {
+                    0 => Why::Cut,
+                    used => Why::CutOff { used },
+                }
+            }
+        };
+        self.losses.add(Loss {
+            span: Some(present.span),
+            ..Loss::new(at, length - at, "the last chunk", why)
+        });
+        Ok(Some(length))
+    }
+
     /// Behind the magic bytes of a second log, where the first one ends here and the second follows.
-    pub(super) fn behind_joint(&mut self, at: u64) -> Result<Option<u64>, OpenError> {
+    pub(super) fn behind_joint(&mut self, at: u64) -> io::Result<Option<u64>> {
         let length = self.source.length();
         if self.joints == 0 {
             return Ok(None); // each look costs a pass over what follows
         }
         self.joints -= 1;
         let mut end = at;
-        while let Some(prefix) = scan::prefix(&mut self.source, end)?
+        while let Some(prefix) = border::prefix(&mut self.source, end)?
             && prefix.is_possible()
             && prefix.end(end) < length
         {
             end = prefix.end(end);
             if prefix.opcode == op::FOOTER {
-                const MAGIC_LENGTH: u64 = MAGIC.len() as u64;
-                let both = [end, end + MAGIC_LENGTH];
-                for magic in both {
+                for magic in [end, end + MAGIC_LENGTH] {
                     if self.source.peek(magic)? != Some(MAGIC) {
                         return Ok(None);
                     }
@@ -213,27 +226,57 @@ impl<R: Read + Seek> Walker<'_, R> {
         Ok(None)
     }
 
-    /// What a record is called that holds no message.
-    fn kind(&mut self, at: u64) -> Result<Option<&'static str>, OpenError> {
-        let prefix = scan::prefix(&mut self.source, at)?;
-        Ok(match prefix.map(|prefix| prefix.opcode) {
-            Some(op::ATTACHMENT) => Some("an attachment"),
-            Some(op::METADATA) => Some("a metadata record"),
-            Some(op::MESSAGE_INDEX) => Some("a message index"),
-            _ => None,
-        })
+    /// The file's end, before the data section's.
+    pub(super) fn end(&mut self, at: u64) -> Next {
+        let length = self.source.length();
+        if at < length {
+            let why = if self.source.is_zero(at, length)? {
+                Why::Zeros
+            } else {
+                Why::Cut
+            };
+            self.losses.add(Loss::new(at, length - at, "a record", why));
+        } else if !self.losses.reach(length) {
+            self.losses
+                .add(Loss::new(length, 0, "the end", Why::NoFooter));
+        }
+        Ok(None)
     }
 
-    pub(super) fn is_zero(&mut self, from: u64, to: u64) -> Result<bool, OpenError> {
-        const STRIDE: u64 = 64 << 10;
-        let mut at = from;
-        while at < to {
-            let bytes = self.source.get(at, STRIDE.min(to - at))?;
-            if bytes.iter().any(|byte| *byte != 0) {
-                return Ok(false);
+    /// What follows the data section: the summary, and what should not be there.
+    pub(super) fn close(&mut self, summary: u64) -> Next {
+        let length = self.source.length();
+        let rest = length.saturating_sub(summary);
+        if self.tail.footer {
+            if self.tail.damaged {
+                self.losses
+                    .add(Loss::new(summary, rest, SUMMARY, Why::Summary));
             }
-            at += STRIDE;
+            return Ok(None);
         }
-        Ok(from < to)
+        let mut at = summary;
+        while let Some(prefix) = border::prefix(&mut self.source, at)?
+            && prefix.is_possible()
+            && prefix.end(at) <= length
+        {
+            at = prefix.end(at);
+            if prefix.opcode == op::FOOTER && self.source.peek(at)? == Some(MAGIC) {
+                let end = at + MAGIC_LENGTH;
+                let why = if self.source.is_zero(end, length)? {
+                    Why::Zeros
+                } else {
+                    Why::Trailing
+                };
+                self.losses.add(Loss::new(end, length - end, BEHIND, why));
+                return Ok(None);
+            }
+        }
+        let why = if self.tail.magic {
+            Why::Summary
+        } else {
+            Why::NoFooter
+        };
+        self.losses.add(Loss::new(summary, rest, SUMMARY, why));
+        Ok(None)
     }
 }

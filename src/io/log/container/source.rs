@@ -15,8 +15,6 @@ pub struct Source<R> {
 }
 
 impl<R: Read + Seek> Source<R> {
-    /// # Errors
-    /// When the length cannot be found.
     pub fn new(mut input: R) -> io::Result<Self> {
         let length = input.seek(SeekFrom::End(0))?;
         Ok(Self {
@@ -66,6 +64,34 @@ impl<R: Read + Seek> Source<R> {
     pub fn stream(&mut self, offset: u64, count: u64) -> io::Result<Take<&mut R>> {
         self.input.seek(SeekFrom::Start(offset))?;
         Ok((&mut self.input).take(count))
+    }
+
+    /// The checksum of the bytes `from..to`.
+    pub fn checksum(&mut self, from: u64, to: u64) -> io::Result<crc32fast::Hasher> {
+        let mut hasher = crc32fast::Hasher::new();
+        let mut reader = self.stream(from, to.saturating_sub(from))?;
+        let mut buffer = vec![0; 64 << 10];
+        loop {
+            let read = reader.read(&mut buffer)?;
+            let Some(bytes) = buffer.get(..read).filter(|bytes| !bytes.is_empty()) else {
+                return Ok(hasher);
+            };
+            hasher.update(bytes);
+        }
+    }
+
+    /// Whether there is something between `from` and `to`, and all of it zeros.
+    pub fn is_zero(&mut self, from: u64, to: u64) -> io::Result<bool> {
+        const STRIDE: u64 = 64 << 10;
+        let mut at = from;
+        while at < to {
+            let bytes = self.get(at, STRIDE.min(to - at))?;
+            if bytes.iter().any(|byte| *byte != 0) {
+                return Ok(false);
+            }
+            at += STRIDE;
+        }
+        Ok(from < to)
     }
 
     fn inside(&self, offset: u64, count: u64) -> Option<&[u8]> {

@@ -1,24 +1,20 @@
-//! The end of the file: footer and summary.
+//! The end of the file: data end, summary and footer.
 //!
 //! They are read first, because they say what the rest should be. A summary counts only when its
 //! records fill the space up to the footer exactly and its checksum, if it has one, agrees.
 
 use std::io::{self, Read, Seek};
 
-use super::MAGIC;
-use super::fields::Fields;
-use super::record::{self, ChunkIndex, PREFIX, Records, op};
-use super::registry::Registry;
+use super::channels::Registry;
+use super::record::{ChunkIndex, DATA_END, Fields, MAGIC, MAGIC_LENGTH, PREFIX, Records, op};
 use super::source::Source;
 
 /// Bytes of a footer record: offsets of summary and summary offsets, and a checksum.
 const FOOTER: u64 = PREFIX + 20;
-/// Bytes of a data end record: a checksum.
-pub const DATA_END: u64 = PREFIX + 4;
 /// The footer's opcode and length.
 const FOOTER_PREFIX: [u8; 9] = [op::FOOTER, 20, 0, 0, 0, 0, 0, 0, 0];
 /// The data end's opcode and length.
-pub const DATA_END_PREFIX: [u8; 9] = [op::DATA_END, 4, 0, 0, 0, 0, 0, 0, 0];
+const DATA_END_PREFIX: [u8; 9] = [op::DATA_END, 4, 0, 0, 0, 0, 0, 0, 0];
 /// A summary is looked for, and read, up to this size: bytes.
 const LARGEST_SUMMARY: u64 = 32 << 20;
 
@@ -44,8 +40,10 @@ pub struct Tail {
 pub struct Summary {
     /// Schemas and channels.
     pub registry: Registry,
-    /// Every chunk of the file.
+    /// The index: the chunks of the file.
     pub chunks: Vec<ChunkIndex>,
+    /// How many chunks there should be.
+    pub chunk_count: Option<u32>,
     /// Messages in the file.
     pub messages: Option<u64>,
     /// Log time of the first.
@@ -58,10 +56,9 @@ pub struct Summary {
 }
 
 impl Tail {
-    /// Reads the end of the file.
     pub fn read<R: Read + Seek>(source: &mut Source<R>) -> io::Result<Self> {
         let mut tail = Self::default();
-        let Some(magic_at) = source.length().checked_sub(MAGIC.len() as u64) else {
+        let Some(magic_at) = source.length().checked_sub(MAGIC_LENGTH) else {
             return Ok(tail);
         };
         tail.magic = source.peek(magic_at)? == Some(MAGIC);
@@ -94,19 +91,15 @@ impl Tail {
             tail.summary = Some(summary);
             return Ok(tail);
         }
-        match end.find(source)? {
-            Some((found, mut summary)) => {
-                summary.shift = found.wrapping_sub(start) as i64;
-                tail.data_end = data_end_before(source, found)?;
-                tail.limit = tail.data_end;
-                tail.summary = Some(summary);
-            }
-            None => {
-                tail.damaged = true;
-                tail.data_end = data_end_before(source, start)?;
-                tail.limit = tail.data_end;
-            }
-        }
+        let found = end.find(source)?;
+        let begin = found.as_ref().map_or(start, |(found, _)| *found);
+        tail.data_end = data_end_before(source, begin)?;
+        tail.limit = tail.data_end;
+        tail.damaged = found.is_none();
+        tail.summary = found.map(|(found, summary)| Summary {
+            shift: found.wrapping_sub(start) as i64,
+            ..summary
+        });
         Ok(tail)
     }
 }
@@ -145,25 +138,16 @@ impl End<'_> {
     /// The nearest data end before the footer that a summary follows: the file was damaged by bytes
     /// that came in or went away, and the footer's offset is no longer right.
     fn find<R: Read + Seek>(&self, source: &mut Source<R>) -> io::Result<Option<(u64, Summary)>> {
+        /// Each costs a pass over the rest; nothing honest needs more.
+        const TRIES: usize = 16;
         let from = self.footer_at.saturating_sub(LARGEST_SUMMARY);
         let bytes = source.get(from, self.footer_at - from)?;
-        let mut tried = 0;
-        for (at, _) in bytes
-            .windows(DATA_END_PREFIX.len())
-            .enumerate()
-            .rev()
-            .filter(|(_, window)| *window == DATA_END_PREFIX)
-        {
+        let ends = (bytes.windows(DATA_END_PREFIX.len()).enumerate().rev())
+            .filter(|(_, window)| *window == DATA_END_PREFIX);
+        for (at, _) in ends.take(TRIES) {
             let start = at.saturating_add(DATA_END as usize);
-            let Some(section) = bytes.get(start..) else {
-                continue;
-            };
-            if let Some(summary) = self.parse(section) {
+            if let Some(summary) = bytes.get(start..).and_then(|section| self.parse(section)) {
                 return Ok(Some((from + start as u64, summary)));
-            }
-            tried += 1;
-            if tried > 16 {
-                break; // each costs a pass over the rest; nothing honest looks like this
             }
         }
         Ok(None)
@@ -187,18 +171,49 @@ impl End<'_> {
                 op::STATISTICS => {
                     let mut fields = Fields(record.body);
                     let messages = fields.u64().ok()?;
-                    fields.take(2 + 4 * 4).ok()?; // numbers of schemas, channels and so on
+                    fields.take(2 + 3 * 4).ok()?; // numbers of schemas, channels and so on
+                    summary.chunk_count = Some(fields.u32().ok()?);
                     summary.messages = Some(messages);
                     summary.start = fields.u64().ok().filter(|_| messages > 0);
                 }
                 // A definition that does not hold together is as good as none.
                 op::SCHEMA | op::CHANNEL => drop(summary.registry.define(record, None)),
-                record::op::HEADER | op::FOOTER | op::MESSAGE | op::CHUNK | op::DATA_END => {
-                    return None;
-                }
+                op::HEADER | op::FOOTER | op::MESSAGE | op::CHUNK | op::DATA_END => return None,
                 _ => {}
             }
         }
         records.rest().is_empty().then_some(summary)
     }
+}
+
+/// Whether the checksum of the data section, which begins with the file or a log in it, agrees; so
+/// does one that was not computed.
+///
+/// Writers differ in whether it covers the magic bytes and the header too. Any of them will do.
+pub fn data_agrees<R: Read + Seek>(
+    source: &mut Source<R>,
+    begin: u64,
+    data_end: u64,
+) -> io::Result<bool> {
+    let Some(bytes) = source.peek::<4>(data_end.saturating_add(PREFIX))? else {
+        return Ok(true);
+    };
+    let expected = u32::from_le_bytes(bytes);
+    if expected == 0 {
+        return Ok(true);
+    }
+    let magic = begin + MAGIC_LENGTH;
+    let length = source.peek::<8>(magic + 1)?.map_or(0, u64::from_le_bytes);
+    let header = (magic + PREFIX)
+        .saturating_add(length)
+        .min(data_end)
+        .max(magic);
+    let mut from_start = source.checksum(begin, magic)?;
+    let mut from_magic = source.checksum(magic, header)?;
+    let data = source.checksum(header, data_end)?;
+    from_magic.combine(&data);
+    from_start.combine(&from_magic);
+    Ok([from_start, from_magic, data]
+        .into_iter()
+        .any(|hasher| hasher.finalize() == expected))
 }

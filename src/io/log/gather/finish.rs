@@ -168,13 +168,15 @@ impl Gatherer {
             let mut repeating = repeating.into_iter();
             readings.retain(|_| repeating.next() != Some(true));
         }
+        let mut events = Events {
+            sonars,
+            readings,
+            odometry: samples,
+        };
+        events.sort();
         let log = Log {
             file,
-            events: Events {
-                sonars,
-                readings,
-                odometry: samples,
-            },
+            events,
             messages: self.messages + odometry.messages,
             losses: in_lines(lost),
             time_notes,
