@@ -7,12 +7,15 @@ pub mod arc;
 pub mod condition;
 pub mod feature;
 pub mod fit;
+pub mod gauss_newton;
 pub mod hypothesis;
 pub mod label;
 pub mod map;
 pub mod pair;
+pub mod pending;
 pub mod prediction;
 pub mod report;
+pub mod residual;
 pub mod rule;
 pub mod run;
 pub mod spread;
@@ -24,13 +27,13 @@ pub mod window;
 use std::collections::BTreeMap;
 
 use arc::Arc;
-use feature::{Action, Extraction, Rejection};
+use feature::{Action, Rejection};
 use fit::Fit;
 use hypothesis::{Gate, HypothesisTest};
 use map::Map;
 use rule::Rule;
 use run::Run;
-use step::Step;
+use step::{Extraction, Step};
 use stream::Stream;
 
 use crate::core::config::Config;
@@ -85,8 +88,11 @@ impl Tmam {
         for sonar in sonars {
             self.take(sonar, None, &mut step);
         }
-        let streams = std::mem::take(&mut self.streams).into_values();
-        step.reports = streams.flat_map(Stream::into_reports).collect();
+        let streams = std::mem::take(&mut self.streams);
+        let arcs = streams.values().map(|stream| stream.reports().len()).sum();
+        step.reports.reserve_exact(arcs);
+        let reports = streams.into_values().flat_map(Stream::into_reports);
+        step.reports.extend(reports);
         step.reports.sort_by_key(|report| report.arc.id);
         let arcs: Vec<Arc> = step.reports.iter().map(|report| report.arc).collect();
         step.settled = self.map.settle(&arcs);

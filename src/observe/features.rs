@@ -10,7 +10,8 @@ use crate::core::observer::{Setting, Source};
 use crate::core::replay::Outcome;
 use crate::core::rounding::{covariance, number, rounded};
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Extraction, MapFeature, Point, Segment, Shape};
+use crate::core::tmam::feature::{Action, MapFeature, Point, Segment, Shape};
+use crate::core::tmam::step::Extraction;
 use crate::core::tool::Tool;
 
 /// The format's name and version.

@@ -7,9 +7,10 @@ use super::results::{Feature, LabelledArc, Labels, Margin, Mark, Measured, Resul
 use crate::core::event::{Sonar, SonarId};
 use crate::core::replay::Outcome;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Extraction, MapFeature, Shape};
+use crate::core::tmam::feature::{Action, MapFeature, Shape};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::step::Extraction;
 
 /// The results of a replay of these sonars.
 pub fn results(sonars: &[Sonar], outcome: &Outcome) -> Results {

@@ -77,7 +77,7 @@ fn arcs(seed: u64) -> Vec<Arc> {
 }
 
 fn gathered(features: &[MapFeature], arcs: &[Arc]) -> Vec<MapFeature> {
-    gather(
+    refine(
         features,
         arcs,
         &Config::with_rule(Rule::NoiseAware).map,
