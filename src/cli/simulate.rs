@@ -145,12 +145,10 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
-        let mut output = Output::create(&self.output)?;
+        let path = self.output.clone();
+        Output::try_out(&path)?;
         let log = Simulation::from(self).write(Cursor::new(Vec::new()))?;
-        output
-            .write_all(log.get_ref())
-            .map_err(|source| output.failed(source))?;
-        output.commit()?;
+        Output::whole(&path, |out| out.write_all(log.get_ref()))?;
         Ok(Exit::Done)
     }
 }

@@ -117,12 +117,21 @@ impl Wall {
 }
 
 /// What an echo came from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reflector {
     /// A wall, by its index in [`World::walls`].
     Line(usize),
     /// A point, by its index in [`World::points`].
     Point(usize),
+}
+
+impl Reflector {
+    /// Its place among the world's walls, or points.
+    pub fn index(self) -> usize {
+        match self {
+            Self::Line(index) | Self::Point(index) => index,
+        }
+    }
 }
 
 /// The first thing that echoes.
@@ -235,10 +244,12 @@ impl World {
         let mut first: Option<Echo> = None;
         for (target, reflector) in feet.chain(points) {
             let range = (target - sensor).norm();
-            let in_beam = angle_between(direction(target - sensor), world_from_sensor.yaw)
-                <= beam_width / 2.0;
             let nearest = range < first.map_or(max_range, |echo| echo.range);
-            if in_beam && nearest && self.in_sight(sensor, target, reflector) {
+            let in_beam = || {
+                let bearing = direction(target - sensor);
+                angle_between(bearing, world_from_sensor.yaw) <= beam_width / 2.0
+            };
+            if nearest && in_beam() && self.in_sight(sensor, target, reflector) {
                 first = Some(Echo { range, reflector });
             }
         }
