@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::core::legible::legible;
+
 /// An output that cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", path.display())]
@@ -51,6 +53,19 @@ impl Output {
             path: path.to_owned(),
             sink,
         })
+    }
+
+    /// Writes a whole output.
+    ///
+    /// # Errors
+    /// When it cannot be written; the file is gone then.
+    pub fn whole(
+        path: &Path,
+        write: impl FnOnce(&mut Self) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let mut out = Self::create(path)?;
+        write(&mut out).map_err(|source| out.failed(source))?;
+        out.commit()
     }
 
     /// Whether a file could be written there: for work that takes long before it has anything to
@@ -123,6 +138,17 @@ pub fn print_aside(text: &str) -> Result<(), OutputError> {
         .write_all(text.as_bytes())
         .and_then(|()| stderr.flush());
     Ok(())
+}
+
+/// Shows text to a person, on standard error where standard output holds a file. What is in it cannot
+/// steer the terminal, and a reader that has gone away has seen enough.
+pub fn show(text: &str, aside: bool) {
+    let text = legible(text);
+    let _ = if aside {
+        io::stderr().write_all(text.as_bytes())
+    } else {
+        io::stdout().write_all(text.as_bytes())
+    };
 }
 
 /// Makes the directory that a file is to be in, and those above it.

@@ -15,9 +15,10 @@ use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Extraction, MapFeature, Shape};
+use crate::core::tmam::feature::{Action, MapFeature, Shape};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::step::Extraction;
 
 /// The results of a replay.
 pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
