@@ -12,6 +12,7 @@ pub mod odometry;
 pub mod pattern;
 pub mod replay;
 pub mod rounding;
+pub mod statistics;
 pub mod ties;
 pub mod tmam;
 pub mod tool;

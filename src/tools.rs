@@ -1,9 +1,11 @@
 pub mod carried;
 pub mod check;
 pub mod diff;
+mod document;
 pub mod evaluate;
 pub mod explain;
 pub mod golden;
 pub mod info;
 pub mod simulate;
 pub mod sweep;
+mod tables;

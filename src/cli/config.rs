@@ -22,10 +22,7 @@ pub struct Args {
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let text = render(&self.parameters.configuration()?);
-        let mut out = Output::create(Path::new("-"))?;
-        out.write_all(text.as_bytes())
-            .map_err(|source| out.failed(source))?;
-        out.commit()?;
+        Output::whole(Path::new("-"), |out| out.write_all(text.as_bytes()))?;
         Ok(Exit::Done)
     }
 }

@@ -1,6 +1,5 @@
 //! `tmam evaluate`
 
-use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use super::parameters::Parameters;
@@ -11,13 +10,14 @@ use crate::core::observer::Kept;
 use crate::core::replay::{Replay, ReplayError};
 use crate::core::world::World;
 use crate::io::log;
+use crate::io::output::show;
 use crate::io::outputs::{Requested, Written};
 use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::carried::carried;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::evaluate::{Evaluation, Truth, json, text};
+use crate::tools::evaluate::{Evaluation, Truth, text, write};
 use crate::tools::golden::LogInfo;
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
@@ -94,27 +94,22 @@ impl Args {
                 recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {
-                json::write(&mut *out, &setting, &truth, &evaluation)
+                write(&mut *out, &setting, &truth, &evaluation)
                     .map_err(|source| out.failed(source))?;
             }
             written = outputs.commit()?;
         }
-        // A reader that has gone away is no reason to fail: the files are written.
-        let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
+        show(&report::problems(&log, &setting, &outcome), true);
         if !self.json {
-            let mut text = text::text(&setting, &truth, &evaluation);
-            text.push_str(&report::written(&written.files));
-            let _ = if written.to_stdout {
-                io::stderr().write_all(text.as_bytes())
-            } else {
-                io::stdout().write_all(text.as_bytes())
-            };
+            let text = text::text(&setting, &truth, &evaluation);
+            let text = text + &report::written(&written.files);
+            show(&text, written.to_stdout);
         }
         let fits = evaluation.labels.fits_the_world();
         if !fits {
-            let _ = io::stderr().write_all(NO_FIT.as_bytes());
+            show(NO_FIT, true);
         }
-        let judged = setting.source.complete && evaluation.labels.given() > 0 && fits;
-        Ok(Exit::of_whole(judged))
+        let is_scored = setting.source.complete && evaluation.labels.given() > 0 && fits;
+        Ok(Exit::of_whole(is_scored))
     }
 }

@@ -1,6 +1,5 @@
 //! `tmam explain`
 
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::parameters::{Parameters, quoted};
@@ -11,7 +10,7 @@ use crate::core::geometry::Vec2;
 use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log;
-use crate::io::output::Output;
+use crate::io::output::{Output, show};
 use crate::observe::report;
 use crate::tools::evaluate::Truth;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
@@ -87,30 +86,33 @@ impl Args {
             quoted(&self.log.display().to_string()),
             self.parameters.as_typed()
         );
-        let (outcome, judged) = if let Some(which) = self.which() {
+        let (outcome, found) = if let Some(which) = self.which() {
             let question = Question { sonars, which };
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
             let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
-            tell(
-                self.json,
-                |out| write_json(out, "tmam.explanation/1", &setting, &told),
-                || text::text(&setting, &named, &told),
-            )?;
+            if self.json {
+                Output::whole(Path::new("-"), |out| {
+                    write_json(out, "tmam.explanation/1", &setting, &told)
+                })?;
+            } else {
+                show(&text::text(&setting, &named, &told), false);
+            }
             (outcome, true)
         } else {
             let most = self.suspects.unwrap_or_default();
             let most = usize::try_from(most).unwrap_or(usize::MAX);
             let (outcome, list) = suspects::list(&replay, &sonars, most)?;
-            tell(
-                self.json,
-                |out| write_json(out, "tmam.suspects/1", &setting, &list),
-                || suspects::text(&setting, &named, &list),
-            )?;
+            if self.json {
+                Output::whole(Path::new("-"), |out| {
+                    write_json(out, "tmam.suspects/1", &setting, &list)
+                })?;
+            } else {
+                show(&suspects::text(&setting, &named, &list), false);
+            }
             (outcome, list.labels > 0)
         };
-        let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
-        let judged = judged && setting.source.complete;
-        Ok(Exit::of_whole(judged))
+        show(&report::problems(&log, &setting, &outcome), true);
+        Ok(Exit::of_whole(found && setting.source.complete))
     }
 
     fn which(&self) -> Option<Which> {
@@ -118,22 +120,6 @@ impl Args {
         let time = self.time.map(Which::Time);
         frame.or(time).or(self.at.map(Which::Place))
     }
-}
-
-fn tell(
-    as_json: bool,
-    json: impl FnOnce(&mut Output) -> io::Result<()>,
-    text: impl FnOnce() -> String,
-) -> Result<(), Error> {
-    if as_json {
-        let mut out = Output::create(Path::new("-"))?;
-        json(&mut out).map_err(|source| out.failed(source))?;
-        out.commit()?;
-    } else {
-        // A reader that has gone away has seen enough.
-        let _ = io::stdout().write_all(text().as_bytes());
-    }
-    Ok(())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

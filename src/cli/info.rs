@@ -1,14 +1,13 @@
 //! `tmam info`
 
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::log::survey::survey;
-use crate::io::output::Output;
-use crate::tools::info::{Info, json, text};
+use crate::io::output::{Output, show};
+use crate::tools::info::{Info, text};
 
 /// Tell what a log holds, whether it can be replayed, and what it lacks
 ///
@@ -41,17 +40,11 @@ impl Args {
         let config = self.parameters.configuration()?;
         let info = Info::new(survey(&self.log, &config)?);
         if self.json {
-            let mut out = Output::create(Path::new("-"))?;
-            json::write(&mut out, &info).map_err(|source| out.failed(source))?;
-            out.commit()?;
+            Output::whole(Path::new("-"), |out| info.write(out))?;
+        } else if self.skeleton {
+            show(info.skeleton.as_deref().unwrap_or_default(), false);
         } else {
-            let text = if self.skeleton {
-                info.skeleton.clone().unwrap_or_default()
-            } else {
-                text::text(&info)
-            };
-            // A reader that has gone away has seen enough.
-            let _ = io::stdout().write_all(text.as_bytes());
+            show(&text::text(&info), false);
         }
         Ok(Exit::of_whole(info.is_fine()))
     }

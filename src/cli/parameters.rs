@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use toml::Value;
 
 use crate::cli::error::Error;
-use crate::core::config::{Config, Rule};
-use crate::io::config::file::{ConfigError, check, overridden, parse_layers};
+use crate::core::config::Config;
+use crate::io::config::file::{ConfigError, check, layered, overridden, parse_layers};
 
 /// Parameters of the replay; a flag stands before the configuration file.
 #[derive(Debug, Clone, Default, PartialEq, Args)]
@@ -73,6 +73,9 @@ enum RuleName {
     NoiseAware,
 }
 
+/// A flag: its name, the key of the configuration that it stands for, and its value if it is given.
+type Flag = (&'static str, &'static str, Option<Value>);
+
 impl Parameters {
     /// The sonars that `--sensor` names, for a command in which it selects something else than the
     /// readings that are replayed.
@@ -85,10 +88,7 @@ impl Parameters {
     /// # Errors
     /// A file that cannot be read, and whatever is not allowed in it or in the flags.
     pub fn configuration(&self) -> Result<Config, Error> {
-        let mut config = self.selection.configuration(&self.set)?;
-        self.apply(&mut config);
-        check(&config)?;
-        Ok(config)
+        self.selection.with_flags(&self.set, &self.flags())
     }
 
     /// What is given, for a command that puts it over a configuration of its own: texts as of a
@@ -98,40 +98,10 @@ impl Parameters {
     /// As [`Parameters::configuration`].
     pub fn layers(&self) -> Result<Vec<String>, Error> {
         self.configuration()?;
-        let file = self.selection.file_text()?;
-        let flags = self.as_toml();
-        let given = std::iter::once(file)
+        let given = std::iter::once(self.selection.file_text()?)
             .chain(self.set.iter().cloned())
-            .chain(std::iter::once(flags));
+            .chain(std::iter::once(as_toml(&self.flags())));
         Ok(given.filter(|text| !text.trim().is_empty()).collect())
-    }
-
-    /// The flags as keys of the configuration.
-    fn as_toml(&self) -> String {
-        let number = |value: Option<f64>| value.map(Value::from);
-        let globs = |globs: &[String]| (!globs.is_empty()).then(|| Value::from(globs.to_vec()));
-        let selection = &self.selection;
-        let rule = selection.rule.and_then(|rule| {
-            let value = rule.to_possible_value()?;
-            Some(Value::from(value.get_name()))
-        });
-        [
-            ("rule", rule),
-            ("triple.alpha", number(self.alpha)),
-            ("triple.beta", number(self.beta)),
-            ("triple.gamma", number(self.gamma)),
-            ("frames.step", number(self.step)),
-            ("frames.step_angle", number(self.step_angle)),
-            ("map.match_distance", number(self.match_distance)),
-            ("input.start", number(selection.start)),
-            ("input.end", number(selection.end)),
-            ("input.sonars", globs(&selection.sensor)),
-            ("input.range_topics", globs(&selection.range_topic)),
-            ("input.odometry_topics", globs(&selection.odom_topic)),
-        ]
-        .into_iter()
-        .filter_map(|(key, value)| Some(format!("{key} = {}\n", value?)))
-        .collect()
     }
 
     /// As [`Parameters::layers`], with another file in place of the one that is given, and with
@@ -157,55 +127,36 @@ impl Parameters {
     /// The flags as one types them, for a command that a person is told to run next: those of the
     /// sonars left out.
     pub fn as_typed(&self) -> String {
-        let rule = self.selection.rule.and_then(|rule| {
-            let value = rule.to_possible_value()?;
-            Some(value.get_name().to_owned())
+        let file = self.selection.config.iter();
+        let file = file.map(|path| ("config", path.display().to_string()));
+        let flags = self.flags().into_iter().filter(|flag| flag.0 != "sensor");
+        let flags = flags.flat_map(|(name, _, value)| {
+            let typed = match value {
+                None => Vec::new(),
+                Some(Value::Array(values)) => values.iter().map(typed).collect(),
+                Some(value) => vec![typed(&value)],
+            };
+            typed.into_iter().map(move |value| (name, value))
         });
-        let number = |value: Option<f64>| value.map(|value| value.to_string());
-        let path = self
-            .selection
-            .config
-            .as_ref()
-            .map(|path| path.display().to_string());
-        let single = [
-            ("config", path),
-            ("rule", rule),
-            ("alpha", number(self.alpha)),
-            ("beta", number(self.beta)),
-            ("gamma", number(self.gamma)),
-            ("step", number(self.step)),
-            ("step-angle", number(self.step_angle)),
-            ("match-distance", number(self.match_distance)),
-            ("start", number(self.selection.start)),
-            ("end", number(self.selection.end)),
-        ];
-        let single = single
-            .into_iter()
-            .filter_map(|(name, value)| Some((name, value?)));
-        let many = [
-            ("set", &self.set),
-            ("range-topic", &self.selection.range_topic),
-            ("odom-topic", &self.selection.odom_topic),
-        ];
-        let many = many
-            .into_iter()
-            .flat_map(|(name, values)| values.iter().map(move |value| (name, value.clone())));
-        single
-            .chain(many)
-            .map(|(name, value)| format!(" --{name} {}", quoted(&value)))
+        let set = self.set.iter().map(|text| ("set", text.clone()));
+        let all = file.chain(flags).chain(set);
+        all.map(|(name, value)| format!(" --{name} {}", quoted(&value)))
             .collect()
     }
 
-    fn apply(&self, config: &mut Config) {
-        let set = |value: &mut f64, flag: Option<f64>| *value = flag.unwrap_or(*value);
-        let set_degrees =
-            |value: &mut f64, flag: Option<f64>| *value = flag.map_or(*value, f64::to_radians);
-        set(&mut config.triple.alpha, self.alpha);
-        set(&mut config.triple.beta, self.beta);
-        set_degrees(&mut config.triple.gamma, self.gamma);
-        set(&mut config.frames.step, self.step);
-        set_degrees(&mut config.frames.step_angle, self.step_angle);
-        set(&mut config.map.match_distance, self.match_distance);
+    fn flags(&self) -> Vec<Flag> {
+        let numbers = [
+            ("alpha", "triple.alpha", self.alpha),
+            ("beta", "triple.beta", self.beta),
+            ("gamma", "triple.gamma", self.gamma),
+            ("step", "frames.step", self.step),
+            ("step-angle", "frames.step_angle", self.step_angle),
+            ("match-distance", "map.match_distance", self.match_distance),
+        ];
+        let numbers = numbers.map(|(name, key, number)| (name, key, number.map(Value::from)));
+        let mut flags = self.selection.flags();
+        flags.splice(1..1, numbers);
+        flags
     }
 }
 
@@ -215,6 +166,10 @@ impl Selection {
     /// # Errors
     /// A file that cannot be read, and whatever is not allowed in it or in the flags.
     pub fn configuration(&self, set: &[String]) -> Result<Config, Error> {
+        self.with_flags(set, &self.flags())
+    }
+
+    fn with_flags(&self, set: &[String], flags: &[Flag]) -> Result<Config, Error> {
         let text = self.file_text()?;
         let mut config = parse_layers(&[&text]).map_err(|source| self.in_file(source))?;
         check(&config).map_err(|source| self.in_file(source))?;
@@ -223,18 +178,35 @@ impl Selection {
             let layers: Vec<&str> = std::iter::once(text.as_str()).chain(set).collect();
             config = parse_layers(&layers).map_err(|source| Error::Set { source })?;
         }
-        self.apply(&mut config);
-        check(&config)?;
-        Ok(config)
+        Ok(layered(config, &[as_toml(flags)])?)
     }
 
     /// Whether a flag stands for a key of the configuration that could be swept.
     pub fn gives(&self, key: &str) -> bool {
-        match key {
-            "input.start" => self.start.is_some(),
-            "input.end" => self.end.is_some(),
-            _ => false,
-        }
+        let mut flags = self.flags().into_iter();
+        flags.any(|(_, of, value)| of == key && value.is_some())
+    }
+
+    fn flags(&self) -> Vec<Flag> {
+        let rule = self.rule.and_then(|rule| rule.to_possible_value());
+        let rule = rule.map(|rule| Value::from(rule.get_name()));
+        let globs = |globs: &[String]| (!globs.is_empty()).then(|| Value::from(globs.to_vec()));
+        vec![
+            ("rule", "rule", rule),
+            ("start", "input.start", self.start.map(Value::from)),
+            ("end", "input.end", self.end.map(Value::from)),
+            ("sensor", "input.sonars", globs(&self.sensor)),
+            (
+                "range-topic",
+                "input.range_topics",
+                globs(&self.range_topic),
+            ),
+            (
+                "odom-topic",
+                "input.odometry_topics",
+                globs(&self.odom_topic),
+            ),
+        ]
     }
 
     fn file_text(&self) -> Result<String, Error> {
@@ -253,25 +225,23 @@ impl Selection {
             source,
         }
     }
+}
 
-    fn apply(&self, config: &mut Config) {
-        config.rule = match self.rule {
-            Some(RuleName::Paper) => Rule::Paper,
-            Some(RuleName::NoiseAware) => Rule::NoiseAware,
-            None => config.rule,
-        };
-        let input = &mut config.input;
-        input.start = self.start.or(input.start);
-        input.end = self.end.or(input.end);
-        for (globs, flags) in [
-            (&mut input.sonars, &self.sensor),
-            (&mut input.range_topics, &self.range_topic),
-            (&mut input.odometry_topics, &self.odom_topic),
-        ] {
-            if !flags.is_empty() {
-                globs.clone_from(flags);
-            }
-        }
+/// The flags that are given as keys of the configuration.
+fn as_toml(flags: &[Flag]) -> String {
+    let given = flags.iter();
+    let given = given.filter_map(|(_, key, value)| Some((key, value.as_ref()?)));
+    given
+        .map(|(key, value)| format!("{key} = {value}\n"))
+        .collect()
+}
+
+/// A value as one types it.
+fn typed(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Float(number) => number.to_string(),
+        other => other.to_string(),
     }
 }
 

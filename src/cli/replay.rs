@@ -1,6 +1,6 @@
 //! `tmam replay`
 
-use std::io::{self, Write as _};
+use std::io;
 use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
@@ -9,6 +9,7 @@ use crate::core::exit::Exit;
 use crate::core::observer::Observer;
 use crate::core::replay::Replay;
 use crate::io::log;
+use crate::io::output::show;
 use crate::io::outputs::Requested;
 use crate::observe::drawing::Overlay;
 use crate::observe::features;
@@ -130,22 +131,17 @@ impl Args {
         }
         let written = outputs.commit()?;
 
-        // A reader that has gone away is no reason to fail: the files are written.
-        let _ = io::stderr().write_all(report::problems(&log, &setting, &outcome).as_bytes());
+        show(&report::problems(&log, &setting, &outcome), true);
         if let Some(lost) = lost {
-            let _ = writeln!(io::stderr(), "warning: {lost}; the file has it all");
+            show(&format!("warning: {lost}; the file has it all\n"), true);
         }
         if !self.quiet {
             let log = quoted(&self.log.display().to_string());
             let named = format!("{log}{}", self.parameters.as_typed());
             let text = report::closing(&setting, &outcome, &named, &written.files);
-            let _ = if written.to_stdout {
-                io::stderr().write_all(text.as_bytes())
-            } else {
-                io::stdout().write_all(text.as_bytes())
-            };
+            show(&text, written.to_stdout);
         }
-        let judged = setting.source.complete && outcome.tally.echoes > 0;
-        Ok(Exit::of_whole(judged))
+        let whole = setting.source.complete && outcome.tally.echoes > 0;
+        Ok(Exit::of_whole(whole))
     }
 }

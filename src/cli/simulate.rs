@@ -1,7 +1,8 @@
 //! `tmam simulate`
 
+use std::fs;
 use std::io::{Cursor, Write as _};
-use std::path::{Path as FilePath, PathBuf};
+use std::path::PathBuf;
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
@@ -144,12 +145,10 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
-        let mut output = Output::create(&self.output)?;
+        let path = self.output.clone();
+        Output::try_out(&path)?;
         let log = Simulation::from(self).write(Cursor::new(Vec::new()))?;
-        output
-            .write_all(log.get_ref())
-            .map_err(|source| output.failed(source))?;
-        output.commit()?;
+        Output::whole(&path, |out| out.write_all(log.get_ref()))?;
         Ok(Exit::Done)
     }
 }
@@ -198,5 +197,5 @@ impl From<Args> for Simulation {
 
 /// Reads a world that a flag names.
 pub(super) fn read_world(path: &str) -> Result<World, WorldError> {
-    World::read(FilePath::new(path))
+    World::from_json(&fs::read_to_string(path)?)
 }

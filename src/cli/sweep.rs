@@ -1,6 +1,5 @@
 //! `tmam sweep`
 
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use super::parameters::Selection;
@@ -8,13 +7,13 @@ use super::simulate::read_world;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::world::World;
-use crate::io::output::{Output, is_stdout};
+use crate::io::output::{Output, is_stdout, show};
 use crate::io::outputs::refuse_collisions;
 use crate::observe::progress::CellProgress;
 use crate::observe::recording::write_grid;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::sweep::{
-    AxisError, Grid, Plan, Request, SweepError, TruthSource, csv, drawing, json, table,
+    AxisError, Grid, Plan, Request, SweepError, TruthSource, drawing, files, text,
 };
 
 /// Replay a log under every combination of parameters, and rank them
@@ -113,19 +112,16 @@ impl Args {
             Output::try_out(path)?;
         }
         let progress = CellProgress::new(grid.cells());
-        let agreeing_range = self.agree;
         let plan = Plan {
             log: &self.log,
             config: &config,
             grid,
             truth: match (self.no_truth, self.truth.clone()) {
                 (true, _) => TruthSource::None,
-                (false, None) => TruthSource::Log { agreeing_range },
-                (false, Some(world)) => TruthSource::World {
-                    world,
-                    agreeing_range,
-                },
+                (false, None) => TruthSource::Log,
+                (false, Some(world)) => TruthSource::World(world),
             },
+            agreeing_range: self.agree,
             threads: self.threads,
             sort: self.sort.clone(),
         };
@@ -133,9 +129,7 @@ impl Args {
         drop(progress);
 
         if let Some(path) = csv_path {
-            let mut out = Output::create(path)?;
-            csv::write(&mut out, &sweep).map_err(|source| out.failed(source))?;
-            out.commit()?;
+            Output::whole(path, |out| files::csv(out, &sweep))?;
         }
         if let Some(path) = output {
             let mut out = Output::create(path)?;
@@ -144,17 +138,12 @@ impl Args {
             out.commit()?;
         }
         if self.json {
-            let mut out = Output::create(Path::new("-"))?;
-            json::write(&mut out, &sweep).map_err(|source| out.failed(source))?;
-            out.commit()?;
+            Output::whole(Path::new("-"), |out| files::json(out, &sweep))?;
         } else if ![csv_path, output].into_iter().flatten().any(is_stdout) {
-            let text = table::text(&sweep, self.rows);
-            // A reader that has gone away has seen enough.
-            let _ = io::stdout().write_all(text.as_bytes());
+            show(&text::text(&sweep, self.rows), false);
         }
-        let _ = io::stderr().write_all(table::problems(&sweep).as_bytes());
-        let judged = sweep.complete && sweep.has_arcs();
-        Ok(Exit::of_whole(judged))
+        show(&text::problems(&sweep), true);
+        Ok(Exit::of_whole(sweep.complete && sweep.has_arcs()))
     }
 
     fn grid(&self) -> Result<Grid, SweepError> {

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::core::legible::legible;
+
 /// An output that cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", path.display())]
@@ -53,6 +55,19 @@ impl Output {
         })
     }
 
+    /// Writes a whole output.
+    ///
+    /// # Errors
+    /// When it cannot be written; the file is gone then.
+    pub fn whole(
+        path: &Path,
+        write: impl FnOnce(&mut Self) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
+        let mut out = Self::create(path)?;
+        write(&mut out).map_err(|source| out.failed(source))?;
+        out.commit()
+    }
+
     /// Whether a file could be written there: for work that takes long before it has anything to
     /// write. Leaves nothing behind; what is no file is not touched.
     ///
@@ -88,6 +103,16 @@ impl Output {
     }
 }
 
+/// Writes a whole output.
+///
+/// # Errors
+/// When it cannot be written; there is no file then.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let mut out = Output::create(path)?;
+    out.write_all(bytes).map_err(|source| out.failed(source))?;
+    out.commit()
+}
+
 /// Prints to standard output, at once. A reader that has gone away is no reason to fail.
 ///
 /// # Errors
@@ -113,6 +138,17 @@ pub fn print_aside(text: &str) -> Result<(), OutputError> {
         .write_all(text.as_bytes())
         .and_then(|()| stderr.flush());
     Ok(())
+}
+
+/// Shows text to a person, on standard error where standard output holds a file. What is in it cannot
+/// steer the terminal, and a reader that has gone away has seen enough.
+pub fn show(text: &str, aside: bool) {
+    let text = legible(text);
+    let _ = if aside {
+        io::stderr().write_all(text.as_bytes())
+    } else {
+        io::stdout().write_all(text.as_bytes())
+    };
 }
 
 /// Makes the directory that a file is to be in, and those above it.

@@ -4,94 +4,29 @@
 //! Same parameters, same bytes, on every platform: random numbers come from ChaCha8 with one
 //! stream for the ranges and one for the odometry, so changing one noise leaves the other alone.
 
-mod driving;
+mod error;
 mod motion;
-mod odometry_noise;
+mod noise;
 mod path;
 mod random;
-mod range_noise;
 mod ring;
-mod stepwise;
 
 use std::io::{Seek, Write};
 
 use crate::core::truth::ReadingTruth;
 use crate::core::world::World;
-use crate::io::log::writer::{LogWriter, RangeMessage, WriteError};
+use crate::io::log::writer::{LogWriter, RangeMessage};
 
-pub use driving::Driving;
-pub use motion::Motion;
-pub use odometry_noise::OdometryNoise;
-pub use path::Path;
-pub use range_noise::RangeNoise;
-pub use ring::Ring;
-pub use stepwise::Stepwise;
-
+pub use error::SimulateError;
 use motion::Action;
-use odometry_noise::DriftingOdometry;
-use range_noise::NoisySonar;
+pub use motion::{Driving, Motion, Stepwise};
+use noise::{DriftingOdometry, NoisySonar};
+pub use noise::{OdometryNoise, RangeNoise};
+pub use path::Path;
+pub use ring::Ring;
 
 /// When every simulated log starts: 2015-01-01T00:00:00Z, nanoseconds.
 pub const START_NS: i64 = 1_420_070_400_000_000_000;
-
-/// Why a simulation cannot be run.
-#[derive(Debug, thiserror::Error)]
-pub enum SimulateError {
-    /// A parameter out of its range.
-    #[error("{name} is {value}, but must be {allowed}")]
-    Parameter {
-        /// Which.
-        name: &'static str,
-        /// What it is.
-        value: f64,
-        /// What it may be.
-        allowed: &'static str,
-    },
-    /// A way-point that is not two numbers.
-    #[error("{0:?} is not a way-point; write x,y in metres, with spaces between way-points")]
-    WaypointText(String),
-    /// Nowhere to go.
-    #[error("a path needs at least 2 way-points, got {0}")]
-    TooFewWaypoints(usize),
-    /// A way-point at which there is no direction of travel.
-    #[error(
-        "way-points {index} and {} are {distance} m apart; neighbours must be at least 1e-6 m apart and finite",
-        index + 1
-    )]
-    Waypoints {
-        /// The earlier of the two, from 0.
-        index: usize,
-        /// How far apart they are, metres.
-        distance: f64,
-    },
-    /// An open path with fewer places than steps.
-    #[error(
-        "{steps} steps of {step} m do not fit an open path of {length} m; take at most {most}, or end the way-points where they begin"
-    )]
-    PathTooShort {
-        /// The number of steps asked for.
-        steps: usize,
-        /// Metres a step.
-        step: f64,
-        /// The path's length, metres.
-        length: f64,
-        /// How many fit.
-        most: usize,
-    },
-    /// More than anyone wants to replay.
-    #[error(
-        "the log would hold about {readings:.0} readings, more than {limit}; shorten the path, or sample it less often"
-    )]
-    TooLong {
-        /// How many readings it would hold.
-        readings: f64,
-        /// How many it may.
-        limit: usize,
-    },
-    /// The log could not be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-}
 
 /// All that a simulated log depends on.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,39 +97,6 @@ impl Simulation {
             variance: self.range_noise.variance() as f32,
         }
     }
-}
-
-/// Refuses a parameter outside `allowed`; `valid` is false for NaN when it is a comparison.
-fn require(
-    valid: bool,
-    name: &'static str,
-    value: f64,
-    allowed: &'static str,
-) -> Result<(), SimulateError> {
-    if valid {
-        Ok(())
-    } else {
-        Err(SimulateError::Parameter {
-            name,
-            value,
-            allowed,
-        })
-    }
-}
-
-/// Refuses what is not a standard deviation.
-fn deviation(name: &'static str, value: f64) -> Result<(), SimulateError> {
-    require(
-        value >= 0.0 && value.is_finite(),
-        name,
-        value,
-        "a standard deviation: 0 or more",
-    )
-}
-
-/// Refuses what is not above zero.
-fn positive(name: &'static str, value: f64) -> Result<(), SimulateError> {
-    require(value > 0.0 && value.is_finite(), name, value, "above 0")
 }
 
 #[cfg(test)]

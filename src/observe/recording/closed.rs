@@ -6,7 +6,7 @@ use rerun::Color;
 
 use super::canvas::{Canvas, Mark, Moment, Row};
 use super::entity::Entity;
-use super::origin::Origin;
+use super::plane::Origin;
 use super::style;
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{Action, Kind, Shape};

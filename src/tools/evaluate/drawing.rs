@@ -25,7 +25,8 @@ pub fn overlay(
     let walls = (0..world.walls().len()).map(Reflector::Line);
     let points = (0..world.points().len()).map(Reflector::Point);
     let [lines, dots] = [&evaluation.map.lines, &evaluation.map.points];
-    let missed = lines.missed.iter().chain(&dots.missed).copied();
+    let missed = lines.missed.iter().chain(&dots.missed);
+    let missed = missed.map(|missed| missed.reflector);
     let sketched = |reflector| sketched(truth, reflector);
     let truth = drawing::Truth {
         page: format!("{HOW_TO_READ}\n```text\n{scores}```\n"),

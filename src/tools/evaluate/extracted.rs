@@ -1,10 +1,10 @@
 //! Features of single runs, before fusion, against the truth.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use super::errors::Errors;
-use super::map::reflectors;
-use super::matching::compare;
+use super::matching::{Errors, compare};
 use super::truth::{Target, Truth};
 use crate::core::tmam::feature::{Kind, Shape};
 use crate::core::world::Reflector;
@@ -35,32 +35,28 @@ pub struct Extracted<'a> {
 impl ExtractedScore {
     /// Holds extracted features of one kind against the truth.
     pub fn new(kind: Kind, extracted: &[Extracted<'_>], truth: &Truth) -> Self {
-        let reflectors = reflectors(kind, truth);
         let mut score = Self::default();
         let (mut pure, mut near) = (Vec::new(), Vec::new());
         for feature in extracted.iter().filter(|e| e.shape.kind() == kind) {
             score.features += 1;
-            let compared = |r: Reflector| compare(feature.shape, r, truth.world());
-            let most = reflectors
-                .iter()
-                .map(|r| {
-                    let of_it = |t: &&Target| **t == Target::Reflector(*r);
-                    (feature.targets.iter().filter(of_it).count(), *r)
-                })
-                .max_by_key(|(count, _)| *count);
-            if let Some((count, reflector)) = most {
+            let mut counts: BTreeMap<Reflector, usize> = BTreeMap::new();
+            for target in &feature.targets {
+                if let (Target::Reflector(of @ Reflector::Line(_)), Kind::Line)
+                | (Target::Reflector(of @ Reflector::Point(_)), Kind::Point) = (target, kind)
+                {
+                    *counts.entry(*of).or_default() += 1;
+                }
+            }
+            if let Some((reflector, count)) = counts.into_iter().max_by_key(|(_, count)| *count) {
                 let all = feature.targets.len();
                 score.pure += u64::from(count == all);
                 score.mostly += u64::from(2 * count > all);
-                pure.extend(compared(reflector).filter(|_| count == all));
+                let compared = compare(feature.shape, reflector, truth.world());
+                pure.extend(compared.filter(|_| count == all));
             }
-            near.extend(
-                reflectors
-                    .iter()
-                    .filter_map(|r| compared(*r))
-                    .filter(|c| c.cost.is_some())
-                    .min_by(|a, b| a.cost.unwrap_or(9.0).total_cmp(&b.cost.unwrap_or(9.0))),
-            );
+            let candidates = truth.candidates(feature.shape);
+            let nearest = candidates.min_by(|(.., a), (.., b)| a.total_cmp(b));
+            near.extend(nearest.map(|(_, comparison, _)| comparison));
         }
         score.pure_errors = Errors::of(pure.iter());
         score.near_errors = Errors::of(near.iter());

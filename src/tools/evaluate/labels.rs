@@ -7,16 +7,16 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::share;
 use super::truth::{Other, Target};
 use crate::core::rounding::optional;
+use crate::core::statistics::share;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::label::Label;
 use crate::core::world::Reflector;
 
 /// A decided arc and what it came from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judged {
+pub struct ScoredArc {
     /// The arc.
     pub arc: ArcId,
     /// What it was labelled.
@@ -31,7 +31,7 @@ pub struct Judged {
     pub suspect: bool,
 }
 
-impl Judged {
+impl ScoredArc {
     /// Whether the label is right; `None` for an arc without one.
     pub fn is_right(&self) -> Option<bool> {
         match self.label {
@@ -74,6 +74,9 @@ impl ByTarget {
 /// How one label did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Class {
+    /// The arcs that have it.
+    #[serde(flatten)]
+    pub arcs: ByTarget,
     /// Right ones among the arcs that have the label.
     #[serde(serialize_with = "optional")]
     pub precision: Option<f64>,
@@ -107,46 +110,39 @@ pub struct LabelScore {
     /// whole truth.
     #[serde(serialize_with = "optional")]
     pub wrong_share_known: Option<f64>,
-    /// Arcs labelled contact.
-    pub contact: ByTarget,
-    /// Arcs labelled intersection.
-    pub intersection: ByTarget,
+    /// The wrong labels.
+    pub wrong: Wrong,
+    pub contact: Class,
+    pub intersection: Class,
     /// Arcs without a label.
     pub unidentified: ByTarget,
     /// Arcs without a label, by the reason.
     pub reasons: BTreeMap<&'static str, ByTarget>,
     /// Arcs from neither a wall nor a point, by why.
     pub other: BTreeMap<&'static str, u64>,
-    /// How contact did.
-    pub contact_score: Class,
-    /// How intersection did.
-    pub intersection_score: Class,
-    /// The wrong labels.
-    pub wrong: Wrong,
 }
 
 impl LabelScore {
     /// Scores every decided arc.
-    pub fn new(judged: &[Judged]) -> Self {
+    pub fn new(scored: &[ScoredArc]) -> Self {
         let mut score = Self {
             other: Other::ALL.map(|other| (other.name(), 0)).into(),
             ..Self::default()
         };
-        for arc in judged {
+        for arc in scored {
             score.take(arc);
         }
-        let (contact, intersection) = (score.contact, score.intersection);
+        let (contact, intersection) = (score.contact.arcs, score.intersection.arcs);
         let missing = score.unidentified;
         let lines = contact.line + intersection.line + missing.line;
         let points = contact.point + intersection.point + missing.point;
-        score.contact_score = Class {
-            precision: share(contact.line, contact.total()),
-            recall: share(contact.line, lines),
+        let class = |arcs: ByTarget, right, all| Class {
+            arcs,
+            precision: share(right, arcs.total()),
+            recall: share(right, all),
         };
-        score.intersection_score = Class {
-            precision: share(intersection.point, intersection.total()),
-            recall: share(intersection.point, points),
-        };
+        score.contact = class(contact, contact.line, lines);
+        score.intersection = class(intersection, intersection.point, points);
         score.coverage = share(score.given(), score.arcs);
         score.wrong_share = share(score.wrong_labels(), score.given());
         let confused = contact.point + intersection.line;
@@ -155,18 +151,18 @@ impl LabelScore {
         score
     }
 
-    fn take(&mut self, arc: &Judged) {
+    fn take(&mut self, arc: &ScoredArc) {
         self.arcs += 1;
         if let Target::Other(other) = arc.target {
             *self.other.entry(other.name()).or_default() += 1;
         }
         match arc.label {
-            Label::Contact => self.contact.count(arc.target),
-            Label::Intersection => self.intersection.count(arc.target),
+            Label::Contact => self.contact.arcs.count(arc.target),
+            Label::Intersection => self.intersection.arcs.count(arc.target),
             Label::Unidentified(reason) => {
                 self.unidentified.count(arc.target);
-                let reason = self.reasons.entry(reason.name()).or_default();
-                reason.count(arc.target);
+                let of_reason = self.reasons.entry(reason.name()).or_default();
+                of_reason.count(arc.target);
             }
         }
         match (arc.is_right(), arc.one_target) {
@@ -179,14 +175,14 @@ impl LabelScore {
     /// Whether the world is the one that the robot drove in: more than one arc in twenty comes from
     /// what is in it.
     pub fn fits_the_world(&self) -> bool {
-        let labels = [&self.contact, &self.intersection, &self.unidentified];
+        let labels = [self.contact.arcs, self.intersection.arcs, self.unidentified];
         let known: u64 = labels.iter().map(|by| by.line + by.point).sum();
         self.arcs == 0 || known * 20 > self.arcs
     }
 
     /// Labels given.
     pub fn given(&self) -> u64 {
-        self.contact.total() + self.intersection.total()
+        self.contact.arcs.total() + self.intersection.arcs.total()
     }
 
     /// Wrong ones among them.
@@ -204,8 +200,8 @@ pub(super) mod testing {
     pub const POINT: Target = Target::Reflector(Reflector::Point(0));
 
     /// An arc with a label, which came from something and is doubted so much.
-    pub fn judged(label: Label, target: Target, doubt: f64) -> Judged {
-        Judged {
+    pub fn scored(label: Label, target: Target, doubt: f64) -> ScoredArc {
+        ScoredArc {
             arc: ArcId {
                 frame: 0,
                 sonar: SonarId(0),
@@ -221,7 +217,7 @@ pub(super) mod testing {
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{LINE, POINT, judged};
+    use super::testing::{LINE, POINT, scored};
     use super::*;
     use crate::core::tmam::label::Reason;
 
@@ -240,7 +236,7 @@ mod tests {
             (wide, POINT, 2),
             (wide, outlier, 1),
         ] {
-            arcs.extend(std::iter::repeat_n(judged(label, target, 0.0), count));
+            arcs.extend(std::iter::repeat_n(scored(label, target, 0.0), count));
         }
         if let Some(arc) = arcs.get_mut(6) {
             arc.one_target = false; // the contact on a point
@@ -250,10 +246,10 @@ mod tests {
         assert_eq!(score.coverage, Some(13.0 / 20.0));
         assert_eq!(score.wrong_share, Some(4.0 / 13.0));
         assert_eq!(score.wrong_share_known, Some(3.0 / 12.0));
-        assert_eq!(score.contact_score.precision, Some(6.0 / 8.0));
-        assert_eq!(score.contact_score.recall, Some(6.0 / 12.0));
-        assert_eq!(score.intersection_score.precision, Some(3.0 / 5.0));
-        assert_eq!(score.intersection_score.recall, Some(3.0 / 6.0));
+        assert_eq!(score.contact.precision, Some(6.0 / 8.0));
+        assert_eq!(score.contact.recall, Some(6.0 / 12.0));
+        assert_eq!(score.intersection.precision, Some(3.0 / 5.0));
+        assert_eq!(score.intersection.recall, Some(3.0 / 6.0));
         assert_eq!((score.wrong.one_target, score.wrong.mixed), (3, 1));
         assert_eq!(score.reasons.get("wide").map(ByTarget::total), Some(7));
         assert_eq!(score.other.get("outlier"), Some(&2));
@@ -264,6 +260,6 @@ mod tests {
     fn of_nothing_there_is_no_share() {
         let score = LabelScore::new(&[]);
         assert_eq!((score.coverage, score.wrong_share), (None, None));
-        assert_eq!(score.contact_score, Class::default());
+        assert_eq!(score.contact, Class::default());
     }
 }

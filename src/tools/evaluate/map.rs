@@ -3,52 +3,71 @@
 mod lengths;
 mod pairing;
 
+use std::collections::BTreeSet;
+
+use serde::{Serialize, Serializer};
+
 use self::lengths::Lengths;
 pub use self::pairing::Match;
 use self::pairing::Pairing;
-use super::errors::Errors;
+use super::matching::{Errors, index};
 use super::truth::Truth;
+use crate::core::rounding::optional;
 use crate::core::tmam::feature::{Kind, MapFeature, Status};
 use crate::core::world::Reflector;
 
 /// How the lines, or the points, of a map did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KindScore {
-    /// Walls or points of the world that echoed often enough to be asked for.
-    pub visible: u64,
     /// Features of the map.
     pub features: u64,
-    /// Features matched one to one with walls or points.
-    pub matches: Vec<Match>,
-    /// How many of these matches are with walls or points that hardly echoed and are not asked for.
+    /// Walls or points of the world that echoed often enough to be asked for.
+    pub visible: u64,
+    /// Those that the map shows; with those it misses, all that are visible.
+    pub matched: u64,
+    /// How many of the matches are with walls or points that hardly echoed and are not asked for.
     pub unasked: u64,
-    /// Walls or points that a feature matched with another one shows as well: the next
-    /// piece of the same wall, another wall's end in the same corner.
-    pub shared: Vec<(u32, Reflector)>,
     /// Visible walls or points without a feature.
-    pub missed: Vec<Reflector>,
+    pub missed: Vec<Missed>,
     /// Features that are no wall or point of the world.
     pub spurious: Vec<u32>,
     /// Features that are one which already has a better feature. They count as spurious too, but
     /// are listed here.
+    #[serde(serialize_with = "shown")]
     pub duplicates: Vec<(u32, Reflector)>,
+    /// Walls or points that a feature matched with another one shows as well: the next
+    /// piece of the same wall, another wall's end in the same corner.
+    #[serde(serialize_with = "shown")]
+    pub shared: Vec<(u32, Reflector)>,
     /// Features that are right without being asked for: lines on other parts of a wall that has
     /// one.
     pub parts: Vec<u32>,
     /// How far the matched ones are off.
     pub errors: Errors,
     /// Share of the visible walls' length that lies beside lines of the map; `None` for points.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
     pub covered: Option<f64>,
     /// How far lines that lie on walls go on beside none, all together, metres; `None` for points.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
     pub overrun: Option<f64>,
+    /// Features matched one to one with walls or points.
+    pub matches: Vec<Match>,
+}
+
+/// A wall or point that is not in the map, and how often it echoed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Missed {
+    #[serde(rename = "index", serialize_with = "index")]
+    pub reflector: Reflector,
+    pub echoes: u64,
 }
 
 /// How a map did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MapScore {
-    /// Its lines.
+    /// Whether it holds every visible wall and point once and nothing else.
+    pub exact: bool,
     pub lines: KindScore,
-    /// Its points.
     pub points: KindScore,
 }
 
@@ -60,53 +79,50 @@ pub fn is_confirmed(feature: &MapFeature) -> bool {
 impl MapScore {
     /// Holds a map against the truth.
     pub fn new<'a>(features: impl Iterator<Item = &'a MapFeature> + Clone, truth: &Truth) -> Self {
-        let of_kind = |kind| features.clone().filter(move |f| f.shape.kind() == kind);
+        let of_kind = |kind| {
+            let features = features.clone().filter(|f| f.shape.kind() == kind);
+            KindScore::new(kind, &features.collect::<Vec<_>>(), truth)
+        };
+        let (lines, points) = (of_kind(Kind::Line), of_kind(Kind::Point));
         Self {
-            lines: KindScore::new(Kind::Line, &of_kind(Kind::Line).collect::<Vec<_>>(), truth),
-            points: KindScore::new(
-                Kind::Point,
-                &of_kind(Kind::Point).collect::<Vec<_>>(),
-                truth,
-            ),
+            exact: lines.is_exact() && points.is_exact(),
+            lines,
+            points,
         }
-    }
-
-    /// Whether it holds every visible wall and point once and nothing else.
-    pub fn is_exact(&self) -> bool {
-        self.lines.is_exact() && self.points.is_exact()
     }
 }
 
 impl KindScore {
     fn new(kind: Kind, features: &[&MapFeature], truth: &Truth) -> Self {
-        let pairing = Pairing::new(kind, features, truth);
         let Pairing {
             matches,
             shared,
             duplicates,
             parts,
             spurious,
-        } = pairing;
+        } = Pairing::new(kind, features, truth);
+        let there = matches.iter().map(|m| m.reflector);
+        let there: BTreeSet<Reflector> = there.chain(shared.iter().map(|(_, r)| *r)).collect();
+        let visible = truth.reflectors(kind).into_iter();
+        let visible: Vec<Reflector> = visible.filter(|r| truth.is_visible(*r)).collect();
+        let missed = visible.iter().filter(|r| !there.contains(r));
+        let missed: Vec<Missed> = missed
+            .map(|reflector| Missed {
+                reflector: *reflector,
+                echoes: truth.echoes(*reflector),
+            })
+            .collect();
         let unasked = matches.iter().filter(|m| !truth.is_visible(m.reflector));
-        let unasked = unasked.count() as u64;
-        let is_there = |reflector| {
-            matches.iter().any(|m| m.reflector == reflector)
-                || shared.iter().any(|(_, other)| *other == reflector)
-        };
-        let reflectors = reflectors(kind, truth);
-        let visible = || reflectors.iter().copied().filter(|r| truth.is_visible(*r));
-        let lengths = match kind {
-            Kind::Line => Some(Lengths::new(features, truth)),
-            Kind::Point => None,
-        };
+        let lengths = (kind == Kind::Line).then(|| Lengths::new(features, truth));
         Self {
-            visible: visible().count() as u64,
             features: features.len() as u64,
-            missed: visible().filter(|r| !is_there(*r)).collect(),
+            visible: visible.len() as u64,
+            matched: (visible.len() - missed.len()) as u64,
+            unasked: unasked.count() as u64,
             errors: Errors::of(matches.iter().map(|m| &m.comparison)),
             covered: lengths.and_then(|lengths| lengths.covered),
             overrun: lengths.map(|lengths| lengths.overrun),
-            unasked,
+            missed,
             matches,
             shared,
             spurious,
@@ -115,15 +131,10 @@ impl KindScore {
         }
     }
 
-    /// Visible walls or points that the map shows; with those it misses, all that are visible.
-    pub fn matched(&self) -> u64 {
-        self.visible.saturating_sub(self.missed.len() as u64)
-    }
-
-    /// How many of these have no feature of their own: one that is matched with another shows them.
+    /// How many of the matched have no feature of their own: one that is matched with another shows them.
     pub fn without_own(&self) -> u64 {
         let own = (self.matches.len() as u64).saturating_sub(self.unasked);
-        self.matched().saturating_sub(own)
+        self.matched.saturating_sub(own)
     }
 
     /// Features that are right without being asked for.
@@ -142,13 +153,18 @@ impl KindScore {
     }
 }
 
-/// Every wall, or point, of the world.
-pub(super) fn reflectors(kind: Kind, truth: &Truth) -> Vec<Reflector> {
-    let world = truth.world();
-    match kind {
-        Kind::Line => (0..world.walls().len()).map(Reflector::Line).collect(),
-        Kind::Point => (0..world.points().len()).map(Reflector::Point).collect(),
-    }
+#[derive(Serialize)]
+struct Shown {
+    id: u32,
+    index: usize,
+}
+
+/// Features and the walls or points that they show.
+fn shown<S: Serializer>(pairs: &[(u32, Reflector)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(pairs.iter().map(|(id, reflector)| Shown {
+        id: *id,
+        index: reflector.index(),
+    }))
 }
 
 #[cfg(test)]

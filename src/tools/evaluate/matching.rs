@@ -1,10 +1,13 @@
-//! A feature held against a wall or point of the world.
+//! How far features are off the walls and points of the world, and whether their covariances say so.
 
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Serialize, Serializer};
 
 use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
+use crate::core::rounding::{number, optional};
+use crate::core::statistics::share;
 use crate::core::tmam::feature::{Point, Segment, Shape};
 use crate::core::world::{Reflector, Wall, World};
 
@@ -15,34 +18,43 @@ pub const LINE_ANGLE: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// A point farther than this from another is not that point, metres.
 pub const POINT_DISTANCE: f64 = 0.20;
 
+/// The value that a chi2 with two degrees of freedom exceeds one time in twenty.
+const CHI2_95: f64 = 5.991;
+
 /// How far a feature is from the truth.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Error {
     /// Of a line: feature minus truth.
     Line {
         /// Seen from the wall's middle, metres: positive where the line is farther from the origin.
+        #[serde(serialize_with = "number")]
         rho: f64,
         /// Radians.
+        #[serde(serialize_with = "number")]
         theta: f64,
         /// Seen from the world's origin, metres: it grows with the distance from there.
+        #[serde(skip)]
         rho_at_origin: f64,
     },
-    /// Of a point: metres from it.
     Point {
         /// Metres.
+        #[serde(serialize_with = "number")]
         distance: f64,
     },
 }
 
 /// A feature held against the wall or point that it should be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Comparison {
-    /// How far it is from it.
+    #[serde(flatten)]
     pub error: Error,
     /// Normalised error squared, e^T P^-1 e, with two degrees of freedom; `None` where the
     /// covariance has no inverse.
+    #[serde(serialize_with = "optional")]
     pub nees: Option<f64>,
     /// For an assignment: 0 for a perfect match, at most 3; `None` beyond the gates.
+    #[serde(skip)]
     pub cost: Option<f64>,
 }
 
@@ -58,6 +70,14 @@ pub fn compare(shape: &Shape, reflector: Reflector, world: &World) -> Option<Com
         }
         _ => None,
     }
+}
+
+/// Serialises a wall or point by its place among those of the world.
+///
+/// # Errors
+/// When the serializer fails.
+pub fn index<S: Serializer>(reflector: &Reflector, serializer: S) -> Result<S::Ok, S::Error> {
+    reflector.index().serialize(serializer)
 }
 
 /// The place of a wall's line that is nearest to `place`, or the point itself.
@@ -112,15 +132,10 @@ impl TrueLine {
     /// The part of the wall that lies beside a segment, as ways from its start in metres; the
     /// first is the larger where there is none.
     pub fn beside(&self, segment: &Segment) -> (f64, f64) {
-        let (low, high) = self.span(segment);
-        (low.max(0.0), high.min(self.length))
-    }
-
-    fn span(&self, segment: &Segment) -> (f64, f64) {
         let [a, b] = segment
             .ends()
             .map(|end| (end - self.start).dot(&self.along));
-        (a.min(b), a.max(b))
+        (a.min(b).max(0.0), a.max(b).min(self.length))
     }
 }
 
@@ -172,6 +187,83 @@ fn compare_point(point: &Point, truth: Vec2) -> Comparison {
 fn nees(error: Vector2<f64>, covariance: &Matrix2<f64>) -> Option<f64> {
     let nees = error.dot(&(covariance.try_inverse()? * error));
     (nees.is_finite() && nees >= 0.0).then_some(nees)
+}
+
+/// Mean and largest magnitude of an error.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean magnitude.
+    #[serde(serialize_with = "number")]
+    pub mean: f64,
+    /// Largest magnitude.
+    #[serde(serialize_with = "number")]
+    pub max: f64,
+}
+
+/// Whether the covariances are honest: normalised errors squared.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Nees {
+    /// Features it is taken over; those without an inverse covariance are left out.
+    pub features: u64,
+    /// Mean per degree of freedom: 1 where the covariances are honest, more where they are too
+    /// small.
+    #[serde(serialize_with = "optional")]
+    pub mean: Option<f64>,
+    /// Share inside the ellipse that should hold 95 %.
+    #[serde(serialize_with = "optional")]
+    pub within_95: Option<f64>,
+}
+
+/// How much they are off.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Of lines, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rho: Option<Spread>,
+    /// Of lines, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub theta: Option<Spread>,
+    /// Of points, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<Spread>,
+    /// Against their covariances.
+    pub nees: Nees,
+}
+
+impl Errors {
+    /// Sums up.
+    pub fn of<'a>(comparisons: impl Iterator<Item = &'a Comparison> + Clone) -> Self {
+        let spread = |of: fn(Error) -> Option<f64>| {
+            let errors = comparisons.clone().filter_map(|c| of(c.error));
+            let errors: Vec<f64> = errors.map(f64::abs).collect();
+            (!errors.is_empty()).then(|| Spread {
+                mean: errors.iter().sum::<f64>() / errors.len() as f64,
+                max: errors.iter().copied().fold(0.0, f64::max),
+            })
+        };
+        let nees: Vec<f64> = comparisons.clone().filter_map(|c| c.nees).collect();
+        let count = nees.len() as u64;
+        let within = nees.iter().filter(|nees| **nees <= CHI2_95).count() as u64;
+        Self {
+            rho: spread(|error| match error {
+                Error::Line { rho, .. } => Some(rho),
+                Error::Point { .. } => None,
+            }),
+            theta: spread(|error| match error {
+                Error::Line { theta, .. } => Some(theta),
+                Error::Point { .. } => None,
+            }),
+            position: spread(|error| match error {
+                Error::Point { distance } => Some(distance),
+                Error::Line { .. } => None,
+            }),
+            nees: Nees {
+                features: count,
+                mean: (count > 0).then(|| nees.iter().sum::<f64>() / (2 * count) as f64),
+                within_95: share(within, count),
+            },
+        }
+    }
 }
 
 #[cfg(test)]

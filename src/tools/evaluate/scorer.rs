@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use super::extracted::{Extracted, ExtractedScore};
-use super::labels::{Judged, LabelScore};
+use super::labels::{LabelScore, ScoredArc};
 use super::map::{MapScore, is_confirmed};
 use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};
@@ -15,22 +17,27 @@ use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Extraction;
 
 /// How a replay did.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
-    /// Its labels.
     pub labels: LabelScore,
-    /// Its doubts about them.
+    /// Its doubts about its labels.
     pub suspects: SuspectScore,
-    /// Lines extracted from single runs.
-    pub extracted_lines: ExtractedScore,
-    /// Points extracted from single runs.
-    pub extracted_points: ExtractedScore,
+    /// What was extracted from single runs.
+    pub extracted: Extractions,
     /// Its whole map.
     pub map: MapScore,
     /// The confirmed features of its map.
     pub confirmed: MapScore,
     /// Every arc, by frame and sonar.
-    pub arcs: Vec<Judged>,
+    #[serde(skip)]
+    pub arcs: Vec<ScoredArc>,
+}
+
+/// How the features extracted from single runs did.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Extractions {
+    pub lines: ExtractedScore,
+    pub points: ExtractedScore,
 }
 
 impl Evaluation {
@@ -43,10 +50,10 @@ impl Evaluation {
             sequences.entry(arc.id.sonar).or_default().push(arc.id);
         }
         let echoes = Echoes { targets, sequences };
-        let judged = |report: &ArcReport| {
+        let scored = |report: &ArcReport| {
             let arc = report.arc.id;
             let target = *echoes.targets.get(&arc)?;
-            Some(Judged {
+            Some(ScoredArc {
                 arc,
                 label: report.label,
                 target,
@@ -55,13 +62,15 @@ impl Evaluation {
                 suspect: report.is_suspect(),
             })
         };
-        let arcs: Vec<Judged> = outcome.reports.iter().filter_map(judged).collect();
+        let arcs: Vec<ScoredArc> = outcome.reports.iter().filter_map(scored).collect();
         let extracted = echoes.extracted(&outcome.extractions);
         Self {
             labels: LabelScore::new(&arcs),
             suspects: SuspectScore::new(&arcs),
-            extracted_lines: ExtractedScore::new(Kind::Line, &extracted, truth),
-            extracted_points: ExtractedScore::new(Kind::Point, &extracted, truth),
+            extracted: Extractions {
+                lines: ExtractedScore::new(Kind::Line, &extracted, truth),
+                points: ExtractedScore::new(Kind::Point, &extracted, truth),
+            },
             map: MapScore::new(outcome.map.iter(), truth),
             confirmed: MapScore::new(outcome.map.iter().filter(|f| is_confirmed(f)), truth),
             arcs,

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::labels::Judged;
-use super::share;
+use super::labels::ScoredArc;
 use crate::core::rounding::{number, optional};
+use crate::core::statistics::share;
 
 /// Gates at which doubts are held against the truth: 1 in 10, 20, 100 and 1000 of one target's
 /// triples lie beyond (chi2 with one degree of freedom).
@@ -56,23 +56,18 @@ pub struct SuspectScore {
 
 impl SuspectScore {
     /// Scores the doubts about every label.
-    pub fn new(judged: &[Judged]) -> Self {
-        let labels: Vec<(&Judged, bool)> = judged
+    pub fn new(scored: &[ScoredArc]) -> Self {
+        let labels: Vec<(&ScoredArc, bool)> = scored
             .iter()
             .filter_map(|arc| Some((arc, arc.is_right()?)))
             .collect();
         let right = labels.iter().filter(|(_, right)| *right).count() as u64;
         let wrong = labels.len() as u64 - right;
-        let score = |accused: &dyn Fn(&Judged) -> bool| {
-            let accused_labels = labels.iter().filter(|(arc, _)| accused(arc));
-            let (mut wrong_found, mut right_accused) = (0, 0);
-            for (_, is_right) in accused_labels {
-                *(if *is_right {
-                    &mut right_accused
-                } else {
-                    &mut wrong_found
-                }) += 1;
-            }
+        let score = |is_suspect: &dyn Fn(&ScoredArc) -> bool| {
+            let suspects = labels.iter().filter(|(arc, _)| is_suspect(arc));
+            let (right_ones, wrong_ones): (Vec<_>, Vec<_>) =
+                suspects.map(|(_, right)| *right).partition(|right| *right);
+            let (right_accused, wrong_found) = (right_ones.len() as u64, wrong_ones.len() as u64);
             Gate {
                 suspects: wrong_found + right_accused,
                 wrong_found,
@@ -98,20 +93,20 @@ impl SuspectScore {
 
 #[cfg(test)]
 mod tests {
-    use super::super::labels::testing::{LINE, POINT, judged};
+    use super::super::labels::testing::{LINE, POINT, scored};
     use super::*;
     use crate::core::tmam::label::Label;
     use crate::core::tmam::label::Reason;
 
     #[test]
-    fn each_gate_accuses_what_is_doubted_at_least_so_much() {
+    fn each_gate_calls_suspect_what_is_doubted_at_least_so_much() {
         let arcs = [
-            judged(Label::Contact, LINE, 0.1),
-            judged(Label::Contact, LINE, 3.0),
-            judged(Label::Intersection, POINT, 7.0),
-            judged(Label::Contact, POINT, 2.71),
-            judged(Label::Intersection, LINE, f64::INFINITY),
-            judged(Label::Unidentified(Reason::Wide), LINE, f64::INFINITY),
+            scored(Label::Contact, LINE, 0.1),
+            scored(Label::Contact, LINE, 3.0),
+            scored(Label::Intersection, POINT, 7.0),
+            scored(Label::Contact, POINT, 2.71),
+            scored(Label::Intersection, LINE, f64::INFINITY),
+            scored(Label::Unidentified(Reason::Wide), LINE, f64::INFINITY),
         ];
         let score = SuspectScore::new(&arcs);
         assert_eq!((score.wrong, score.right), (2, 3));

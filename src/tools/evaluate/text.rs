@@ -2,16 +2,18 @@
 
 use std::fmt::Write as _;
 
-use super::errors::{Errors, Spread};
 use super::extracted::ExtractedScore;
-use super::labels::{ByTarget, LabelScore};
+use super::labels::{ByTarget, Class, LabelScore};
 use super::map::{KindScore, MapScore};
+use super::matching::{Errors, Spread};
+use super::scorer::Evaluation;
 use super::suspects::{Gate, SuspectScore};
 use super::truth::{AGREEING_SIGMAS, Origin, Truth};
-use super::{Evaluation, share};
+use crate::core::legible::one_line;
 use crate::core::observer::Setting;
-use crate::core::world::Reflector;
-use crate::tools::info::tables::{render, table};
+use crate::core::statistics::share;
+use crate::core::wording::counted;
+use crate::tools::tables::{Column, listed, optional, percent, section};
 
 /// Everything, as text.
 pub fn text(setting: &Setting<'_>, truth: &Truth, evaluation: &Evaluation) -> String {
@@ -34,11 +36,6 @@ pub fn text(setting: &Setting<'_>, truth: &Truth, evaluation: &Evaluation) -> St
     text
 }
 
-/// Writing into a string cannot fail.
-fn section(text: &mut String, title: &str, body: &str) {
-    let _ = write!(text, "\n{title}\n{body}");
-}
-
 fn head(setting: &Setting<'_>, truth: &Truth) -> String {
     let world = truth.world();
     let origin = match truth.origin() {
@@ -48,48 +45,44 @@ fn head(setting: &Setting<'_>, truth: &Truth) -> String {
             truth.agreeing_range()
         ),
     };
-    let counted = |count: usize, thing: &str| match count {
-        1 => format!("1 {thing}"),
-        n => format!("{n} {thing}s"),
-    };
     format!(
         "{}{} against {origin},\nin a world of {} and {}, ends of walls included\n",
-        setting.source.file,
+        one_line(&setting.source.file),
         if setting.source.complete {
             ""
         } else {
             " (INCOMPLETE)"
         },
-        counted(world.walls().len(), "wall"),
-        counted(world.points().len(), "point"),
+        counted(world.walls().len() as u64, "wall"),
+        counted(world.points().len() as u64, "point"),
     )
 }
 
 fn labels(score: &LabelScore) -> String {
-    let mut rows = table(
-        &["label", "line", "point", "other", "precision %", "recall %"],
-        1,
-    );
-    let counts = |name: &str, arcs: ByTarget| {
-        [
-            name.to_owned(),
-            arcs.line.to_string(),
-            arcs.point.to_string(),
-            arcs.other.to_string(),
-        ]
+    type Row = (String, ByTarget, Option<Class>);
+    let class = |name: &str, class: Class| (name.to_owned(), class.arcs, Some(class));
+    let mut rows: Vec<Row> = vec![
+        class("contact", score.contact),
+        class("intersection", score.intersection),
+        ("unidentified".to_owned(), score.unidentified, None),
+    ];
+    let reasons = score.reasons.iter();
+    rows.extend(reasons.map(|(reason, arcs)| (format!("  {reason}"), *arcs, None)));
+    let of_class = |row: &Row, of: fn(Class) -> Option<f64>| {
+        row.2.map_or_else(String::new, |class| percent(of(class)))
     };
-    for (name, arcs, class) in [
-        ("contact", score.contact, score.contact_score),
-        ("intersection", score.intersection, score.intersection_score),
-    ] {
-        let scores = [percent(class.precision), percent(class.recall)];
-        rows.add_row(counts(name, arcs).into_iter().chain(scores));
-    }
-    rows.add_row(counts("unidentified", score.unidentified));
-    for (reason, arcs) in &score.reasons {
-        rows.add_row(counts(&format!("  {reason}"), *arcs));
-    }
-    let mut text = render(&rows);
+    let mut text = listed::<Row>(
+        1,
+        &[
+            ("label", &|(name, ..)| name.clone()),
+            ("line", &|(_, arcs, _)| arcs.line.to_string()),
+            ("point", &|(_, arcs, _)| arcs.point.to_string()),
+            ("other", &|(_, arcs, _)| arcs.other.to_string()),
+            ("precision %", &|row| of_class(row, |class| class.precision)),
+            ("recall %", &|row| of_class(row, |class| class.recall)),
+        ],
+        &rows,
+    );
     let _ = writeln!(
         text,
         "  {} of {} arcs labelled ({} %), {} labels wrong ({} %; {} % of those on a wall or point)\n  \
@@ -103,12 +96,8 @@ fn labels(score: &LabelScore) -> String {
         score.wrong.one_target,
         score.wrong.mixed,
     );
-    let other: Vec<String> = score
-        .other
-        .iter()
-        .filter(|(_, count)| **count > 0)
-        .map(|(why, count)| format!("{count} {why}"))
-        .collect();
+    let other = score.other.iter().filter(|(_, count)| **count > 0);
+    let other: Vec<String> = other.map(|(why, count)| format!("{count} {why}")).collect();
     if !other.is_empty() {
         let _ = writeln!(text, "  other: {}", other.join(", "));
     }
@@ -116,69 +105,50 @@ fn labels(score: &LabelScore) -> String {
 }
 
 fn suspects(score: &SuspectScore) -> String {
-    let mut rows = table(
-        &[
-            "gate",
-            "suspects",
-            "wrong found",
-            "of wrong %",
-            "precision %",
-            "right accused",
-            "of right %",
-        ],
+    type Row = (String, Gate);
+    let gates = score.gates.iter();
+    let gates = gates.map(|other| (format!("chi2 {:.2}", other.gate), other.score));
+    let configured = ("as configured".to_owned(), score.configured);
+    let rows: Vec<Row> = std::iter::once(configured).chain(gates).collect();
+    listed::<Row>(
         1,
-    );
-    let mut row = |name: String, gate: &Gate| {
-        rows.add_row([
-            name,
-            gate.suspects.to_string(),
-            gate.wrong_found.to_string(),
-            percent(gate.recall),
-            percent(gate.precision),
-            gate.right_accused.to_string(),
-            percent(gate.right_accused_share),
-        ]);
-    };
-    row("as configured".to_owned(), &score.configured);
-    for other in &score.gates {
-        row(format!("chi2 {:.2}", other.gate), &other.score);
-    }
-    render(&rows)
+        &[
+            ("gate", &|(name, _)| name.clone()),
+            ("suspects", &|(_, gate)| gate.suspects.to_string()),
+            ("wrong found", &|(_, gate)| gate.wrong_found.to_string()),
+            ("of wrong %", &|(_, gate)| percent(gate.recall)),
+            ("precision %", &|(_, gate)| percent(gate.precision)),
+            ("right accused", &|(_, gate)| gate.right_accused.to_string()),
+            ("of right %", &|(_, gate)| percent(gate.right_accused_share)),
+        ],
+        &rows,
+    )
 }
 
 fn map(score: &MapScore) -> String {
-    let mut rows = table(
-        &[
-            "kind",
-            "there",
-            "in map",
-            "matched",
-            "missed",
-            "spurious",
-            "twice",
-            "more",
-            "covered %",
-            "beyond m",
-        ],
+    type Row<'a> = (&'a str, &'a KindScore);
+    let where_known =
+        |x: Option<f64>, told: &dyn Fn(f64) -> String| x.map_or_else(String::new, told);
+    let mut text = listed::<Row<'_>>(
         1,
+        &[
+            ("kind", &|(name, _)| (*name).to_owned()),
+            ("there", &|(_, kind)| kind.visible.to_string()),
+            ("in map", &|(_, kind)| kind.features.to_string()),
+            ("matched", &|(_, kind)| kind.matched.to_string()),
+            ("missed", &|(_, kind)| kind.missed.len().to_string()),
+            ("spurious", &|(_, kind)| kind.surplus().to_string()),
+            ("twice", &|(_, kind)| kind.duplicates.len().to_string()),
+            ("more", &|(_, kind)| kind.more().to_string()),
+            ("covered %", &|(_, kind)| {
+                where_known(kind.covered, &|covered| percent(Some(covered)))
+            }),
+            ("beyond m", &|(_, kind)| {
+                where_known(kind.overrun, &|overrun| format!("{overrun:.2}"))
+            }),
+        ],
+        &[("lines", &score.lines), ("points", &score.points)],
     );
-    for (name, kind) in [("lines", &score.lines), ("points", &score.points)] {
-        rows.add_row([
-            name.to_owned(),
-            kind.visible.to_string(),
-            kind.features.to_string(),
-            kind.matched().to_string(),
-            kind.missed.len().to_string(),
-            kind.surplus().to_string(),
-            kind.duplicates.len().to_string(),
-            kind.more().to_string(),
-            kind.covered
-                .map_or_else(String::new, |covered| percent(Some(covered))),
-            kind.overrun
-                .map_or_else(String::new, |overrun| format!("{overrun:.2}")),
-        ]);
-    }
-    let mut text = render(&rows);
     text.push_str(
         "  there: walls and points that echoed at least 3 times, each of them matched or missed; spurious: no\n  \
          wall or point of the world, or one that is in the map already (twice); more: right without being\n  \
@@ -193,7 +163,8 @@ fn map(score: &MapScore) -> String {
                 kind.without_own()
             );
         }
-        let missed: Vec<String> = kind.missed.iter().map(|r| number(*r)).collect();
+        let missed = kind.missed.iter();
+        let missed: Vec<String> = missed.map(|m| m.reflector.index().to_string()).collect();
         if !missed.is_empty() {
             let _ = writeln!(text, "  missed {name}: {}", missed.join(", "));
         }
@@ -201,74 +172,53 @@ fn map(score: &MapScore) -> String {
     text
 }
 
-fn number(reflector: Reflector) -> String {
-    match reflector {
-        Reflector::Line(index) | Reflector::Point(index) => index.to_string(),
-    }
-}
-
 fn errors(evaluation: &Evaluation) -> String {
-    let mut rows = table(
-        &[
-            "features",
-            "number",
-            "rho mm",
-            "",
-            "theta deg",
-            "",
-            "place mm",
-            "",
-            "NEES",
-            "in 95 %",
-        ],
-        1,
-    );
-    let mut row = |name: &str, count: u64, errors: &Errors| {
-        let two = |spread: Option<Spread>, scale: f64, decimals: usize| match spread {
-            Some(Spread { mean, max }) => [mean, max].map(|x| format!("{:.decimals$}", x * scale)),
-            None => [String::new(), String::new()],
-        };
-        let cells = [name.to_owned(), count.to_string()]
-            .into_iter()
-            .chain(two(errors.rho, 1e3, 1))
-            .chain(two(errors.theta, 1_f64.to_degrees(), 2))
-            .chain(two(errors.position, 1e3, 1))
-            .chain([
-                errors
-                    .nees
-                    .mean
-                    .map_or_else(|| "-".to_owned(), |mean| format!("{mean:.2}")),
-                percent(errors.nees.within_95),
-            ]);
-        rows.add_row(cells);
-    };
-    let in_map = |kind: &KindScore| kind.matches.len() as u64;
-    row(
-        "map lines",
-        in_map(&evaluation.map.lines),
-        &evaluation.map.lines.errors,
-    );
-    row(
-        "map points",
-        in_map(&evaluation.map.points),
-        &evaluation.map.points.errors,
-    );
-    for (name, score) in [
-        ("lines", &evaluation.extracted_lines),
-        ("points", &evaluation.extracted_points),
-    ] {
-        row(
-            &format!("run {name}, of one target"),
+    type Row<'a> = (String, u64, &'a Errors);
+    let extracted = [
+        ("lines", &evaluation.extracted.lines),
+        ("points", &evaluation.extracted.points),
+    ];
+    let in_map = [
+        ("lines", &evaluation.map.lines),
+        ("points", &evaluation.map.points),
+    ];
+    let in_map = in_map.into_iter();
+    let mut rows: Vec<Row<'_>> = in_map
+        .map(|(name, kind)| {
+            let matched = kind.matches.len() as u64;
+            (format!("map {name}"), matched, &kind.errors)
+        })
+        .collect();
+    for (name, score) in extracted {
+        let near = &score.near_errors;
+        rows.push((
+            format!("run {name}, of one target"),
             score.pure,
             &score.pure_errors,
-        );
-        row(
-            &format!("run {name}, near one"),
-            score.near_errors.nees.features,
-            &score.near_errors,
-        );
+        ));
+        rows.push((format!("run {name}, near one"), near.nees.features, near));
     }
-    let mut text = render(&rows);
+    let told = |of: Option<Spread>, which: fn(Spread) -> f64, scale, decimals| {
+        of.map_or_else(String::new, |spread| {
+            optional(Some(which(spread) * scale), decimals)
+        })
+    };
+    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+    let columns: [Column<'_, Row<'_>>; 10] = [
+        ("features", &|(name, ..)| name.clone()),
+        ("number", &|(_, count, _)| count.to_string()),
+        ("rho mm", &|(.., e)| told(e.rho, |s| s.mean, 1e3, 1)),
+        ("", &|(.., e)| told(e.rho, |s| s.max, 1e3, 1)),
+        ("theta deg", &|(.., e)| {
+            told(e.theta, |s| s.mean, DEGREES, 2)
+        }),
+        ("", &|(.., e)| told(e.theta, |s| s.max, DEGREES, 2)),
+        ("place mm", &|(.., e)| told(e.position, |s| s.mean, 1e3, 1)),
+        ("", &|(.., e)| told(e.position, |s| s.max, 1e3, 1)),
+        ("NEES", &|(.., e)| optional(e.nees.mean, 2)),
+        ("in 95 %", &|(.., e)| percent(e.nees.within_95)),
+    ];
+    let mut text = listed(1, &columns, &rows);
     let purity = |score: &ExtractedScore| {
         format!(
             "{} ({} % of one target)",
@@ -280,13 +230,8 @@ fn errors(evaluation: &Evaluation) -> String {
         text,
         "  NEES: error squared over covariance, per degree of freedom; 1 where the covariances are\n  \
          honest. Used runs: {} lines, {} points",
-        purity(&evaluation.extracted_lines),
-        purity(&evaluation.extracted_points),
+        purity(&evaluation.extracted.lines),
+        purity(&evaluation.extracted.points),
     );
     text
-}
-
-/// A share in per cent; `-` of nothing.
-fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
 }

@@ -1,20 +1,20 @@
 //! What really echoed, and what could be seen at all.
 
-mod error;
 mod survey;
-mod target;
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
+use super::matching::{Comparison, LINE_OFFSET, POINT_DISTANCE, compare};
 use crate::core::event::{RangeReading, Return, SonarId};
-use crate::core::geometry::Pose2;
+use crate::core::geometry::{Pose2, Vec2};
 use crate::core::odometry::Track;
 use crate::core::replay::Replay;
 use crate::core::tmam::arc::Arc;
+use crate::core::tmam::feature::{Kind, Shape};
 use crate::core::world::{Reflector, World};
 use crate::io::log::truth::RecordedTruth;
-pub use error::TruthError;
-pub use target::{Other, Target};
 
 /// A wall or point that echoed fewer times than this cannot be asked of a map: a triple has three
 /// readings.
@@ -27,8 +27,100 @@ pub const AGREEING_SIGMAS: f64 = 5.0;
 /// the poses' own errors where a driver claims millimetres.
 pub const AGREEING_RANGE: f64 = 0.05;
 
-/// Where the truth came from.
+/// What an arc came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A wall or a point of the world.
+    Reflector(Reflector),
+    /// Something else.
+    Other(Other),
+}
+
+impl Target {
+    /// The word in files: `line`, `point`, or why neither.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reflector(Reflector::Line(_)) => "line",
+            Self::Reflector(Reflector::Point(_)) => "point",
+            Self::Other(other) => other.name(),
+        }
+    }
+}
+
+/// Why an arc came from no wall or point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Other {
+    /// The log says that its range was replaced by a random one.
+    Outlier,
+    /// The world has nothing there.
+    Nothing,
+    /// What the world has there is nearer or farther than the range, beyond the noise.
+    Disagrees,
+}
+
+impl Other {
+    /// Every reason.
+    pub const ALL: [Self; 3] = [Self::Outlier, Self::Nothing, Self::Disagrees];
+
+    /// The word in files: `outlier`, `nothing` or `disagrees`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Outlier => "outlier",
+            Self::Nothing => "nothing",
+            Self::Disagrees => "disagrees",
+        }
+    }
+}
+
+/// Why there is no truth to hold a replay against.
+#[derive(Debug, thiserror::Error)]
+pub enum TruthError {
+    /// Nothing says it.
+    #[error(
+        "{file} carries no truth to evaluate against. Give the walls and points that were there with \
+         --truth WORLD.json ({{\"walls\": [[x1,y1,x2,y2], ...], \"points\": [[x,y], ...]}}, metres in the \
+         odometry frame), or evaluate a log that `tmam simulate` wrote"
+    )]
+    None {
+        /// The log.
+        file: String,
+    },
+    /// The world in the log is of no use.
+    #[error(
+        "the world in {file} cannot be used: {problem}. Give the right one with --truth WORLD.json"
+    )]
+    World {
+        /// The log.
+        file: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A tolerance that is none.
+    #[error("--agree is {value} m; it must be 0 or more")]
+    Agreement {
+        /// Metres.
+        value: f64,
+    },
+    /// The log says that something echoed which its world does not have.
+    #[error(
+        "{file} says that {kind} {index} echoed, but its world has {known} of them. Give the world with \
+         --truth WORLD.json"
+    )]
+    NoSuchReflector {
+        /// The log.
+        file: String,
+        /// `wall` or `point`.
+        kind: &'static str,
+        /// From 0.
+        index: usize,
+        /// How many there are.
+        known: usize,
+    },
+}
+
+/// Where the truth came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Origin {
     /// The log says what echoed at each reading.
     Log,
@@ -42,8 +134,8 @@ pub struct Truth {
     world: World,
     recorded: BTreeMap<(i64, SonarId), Target>,
     agreeing_range: f64,
-    walls_seen: Vec<u64>,
-    points_seen: Vec<u64>,
+    /// How often each wall and point echoed.
+    seen: BTreeMap<Reflector, u64>,
 }
 
 impl Truth {
@@ -80,19 +172,15 @@ impl Truth {
         let world = given
             .or_else(|| own.cloned())
             .ok_or_else(|| TruthError::None { file: file.clone() })?;
+        let world = if is_own { world } else { survey::whole(&world) };
         let mut truth = Self {
             recorded: BTreeMap::new(),
             agreeing_range,
-            walls_seen: vec![0; world.walls().len()],
-            points_seen: vec![0; world.points().len()],
+            seen: BTreeMap::new(),
             world,
         };
         if is_own {
             truth.take_recorded(replay, recorded)?;
-        } else {
-            truth.world = survey::whole(&truth.world);
-            truth.walls_seen = vec![0; truth.world.walls().len()];
-            truth.points_seen = vec![0; truth.world.points().len()];
         }
         truth.see(replay);
         Ok(truth)
@@ -150,11 +238,40 @@ impl Truth {
 
     /// How often a wall or point echoed.
     pub fn echoes(&self, reflector: Reflector) -> u64 {
-        let seen = match reflector {
-            Reflector::Line(index) => self.walls_seen.get(index),
-            Reflector::Point(index) => self.points_seen.get(index),
+        self.seen.get(&reflector).copied().unwrap_or_default()
+    }
+
+    /// The walls, or points, that a feature can be, with how well it fits each and at what cost.
+    pub fn candidates(&self, shape: &Shape) -> impl Iterator<Item = (Reflector, Comparison, f64)> {
+        let ends = match shape {
+            Shape::Line(segment) => segment.ends(),
+            Shape::Point(point) => [point.position; 2],
         };
-        seen.copied().unwrap_or_default()
+        let is_near = move |reflector: &Reflector| {
+            let there = match reflector {
+                Reflector::Line(index) => {
+                    let wall = self.world.walls().get(*index);
+                    wall.map(|wall| [wall.start, wall.end])
+                }
+                Reflector::Point(index) => self.world.points().get(*index).map(|p| [*p; 2]),
+            };
+            there.is_some_and(|there| boxes_meet(ends, there))
+        };
+        let near = self.reflectors(shape.kind()).into_iter().filter(is_near);
+        near.filter_map(|reflector| {
+            let comparison = compare(shape, reflector, &self.world)?;
+            Some((reflector, comparison, comparison.cost?))
+        })
+    }
+
+    /// Every wall, or point, of the world.
+    pub fn reflectors(&self, kind: Kind) -> Vec<Reflector> {
+        match kind {
+            Kind::Line => (0..self.world.walls().len()).map(Reflector::Line).collect(),
+            Kind::Point => (0..self.world.points().len())
+                .map(Reflector::Point)
+                .collect(),
+        }
     }
 
     /// Whether a wall or point echoed often enough to be asked of a map.
@@ -188,10 +305,10 @@ impl Truth {
         recorded: &RecordedTruth,
     ) -> Result<(), TruthError> {
         let log = replay.log();
-        let mut ids = BTreeMap::new();
-        for (sonar, id) in log.events.sonars.iter().zip(0_u16..) {
-            ids.insert(sonar.name.as_str(), SonarId(id));
-        }
+        let sonars = log.events.sonars.iter().zip(0_u16..);
+        let ids: BTreeMap<&str, SonarId> = sonars
+            .map(|(sonar, id)| (sonar.name.as_str(), SonarId(id)))
+            .collect();
         for truth in &recorded.readings {
             let Some(sonar) = ids.get(truth.sonar.as_str()) else {
                 continue;
@@ -211,8 +328,8 @@ impl Truth {
 
     fn check(&self, reflector: Reflector, file: &str) -> Result<(), TruthError> {
         let (kind, index, known) = match reflector {
-            Reflector::Line(index) => ("wall", index, self.walls_seen.len()),
-            Reflector::Point(index) => ("point", index, self.points_seen.len()),
+            Reflector::Line(index) => ("wall", index, self.world.walls().len()),
+            Reflector::Point(index) => ("point", index, self.world.points().len()),
         };
         if index < known {
             return Ok(());
@@ -231,20 +348,12 @@ impl Truth {
         let setting = replay.setting();
         let track = Track::new(&replay.log().events.odometry, &setting.config.frames)
             .with_range_delay(setting.config.input.range_delay);
-        for reading in replay.readings() {
-            if reading.classify() != Return::Echo {
-                continue;
-            }
-            let Some(target) = self.reading_target(replay, &track, reading) else {
-                continue;
-            };
-            let seen = match target {
-                Target::Reflector(Reflector::Line(index)) => self.walls_seen.get_mut(index),
-                Target::Reflector(Reflector::Point(index)) => self.points_seen.get_mut(index),
-                Target::Other(_) => None,
-            };
-            if let Some(seen) = seen {
-                *seen += 1;
+        let echoes = replay
+            .readings()
+            .filter(|reading| reading.classify() == Return::Echo);
+        for reading in echoes {
+            if let Some(Target::Reflector(of)) = self.reading_target(replay, &track, reading) {
+                *self.seen.entry(of).or_default() += 1;
             }
         }
     }
@@ -270,6 +379,14 @@ impl Truth {
             noise.variance(reading.range, reading.variance),
         ))
     }
+}
+
+/// Whether the boxes around two spans are so near to each other that these can match.
+fn boxes_meet(a: [Vec2; 2], b: [Vec2; 2]) -> bool {
+    const MARGIN: f64 = 2.0 * LINE_OFFSET.max(POINT_DISTANCE);
+    let ([a, b], [c, d]) = (a, b);
+    let apart = (a.inf(&b) - c.sup(&d)).sup(&(c.inf(&d) - a.sup(&b)));
+    apart.max() <= MARGIN
 }
 
 #[cfg(test)]

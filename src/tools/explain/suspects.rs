@@ -14,7 +14,7 @@ use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
 use crate::core::tmam::report::ArcReport;
 use crate::core::wording::counted;
-use crate::tools::info::tables::{render, table};
+use crate::tools::tables::{render, table};
 
 /// A suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -11,7 +11,7 @@ use super::suspects::command;
 use crate::core::observer::Setting;
 use crate::core::tmam::report::Between;
 use crate::core::wording::counted;
-use crate::tools::info::tables::{render, table};
+use crate::tools::tables::{render, table};
 
 /// An arc that passes farther from a place than this is hardly the one that was meant, metres.
 const FAR: f64 = 0.3;

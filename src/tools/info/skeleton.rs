@@ -1,16 +1,18 @@
 //! The part of `tmam.toml` that a log needs and does not have.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use toml::Value;
 
-use super::trial::wider_gap;
-use super::{Info, Verdict};
+use super::facts::Facts;
+use super::sonars::SonarFacts;
+use super::trial::{Replayable, wider_gap};
 use crate::core::legible::one_line;
 use crate::core::replay::ReplayError;
 use crate::io::config::keys;
-use crate::io::log::LogError;
 use crate::io::log::survey::{PLACEHOLDER_BEAM_WIDTH, PLACEHOLDER_MAX_RANGE};
+use crate::io::log::{LogError, MissingMount};
 
 /// Keys by section, in the order in which they came up.
 #[derive(Debug, Default)]
@@ -24,39 +26,40 @@ struct Line {
 }
 
 impl Sections {
+    /// Adds a key; those of one section follow each other.
     fn add(&mut self, section: &str, key: &'static str, value: Value, comment: impl Into<String>) {
         let line = Line {
             key,
             value,
             comment: comment.into(),
         };
-        match self.0.iter_mut().find(|(known, _)| known == section) {
-            Some((_, lines)) => lines.push(line),
-            None => self.0.push((section.to_owned(), vec![line])),
+        match self.0.last_mut() {
+            Some((last, lines)) if last == section => lines.push(line),
+            _ => self.0.push((section.to_owned(), vec![line])),
         }
     }
 }
 
 /// The keys that are missing, with placeholders; `None` where nothing is.
-pub fn skeleton(info: &Info, obstacles: &[LogError]) -> Option<String> {
+pub fn skeleton(facts: &Facts, obstacles: &[LogError]) -> Option<String> {
     let mut sections = Sections::default();
-    types(&mut sections, info, obstacles);
-    odometry(&mut sections, info, obstacles);
-    parameters(&mut sections, info);
+    types(&mut sections, facts, obstacles);
+    odometry(&mut sections, facts, obstacles);
+    parameters(&mut sections, facts);
     rings(&mut sections, obstacles);
-    sonars(&mut sections, info, obstacles);
+    sonars(&mut sections, facts, obstacles);
     if sections.0.is_empty() {
         return None;
     }
-    let mut text = String::from(match info.verdict {
-        Verdict::Yes => "# What would make more of this log.\n",
-        Verdict::InPart => {
+    let mut text = String::from(match facts.replay.possible {
+        Replayable::Yes => "# What would make more of this log.\n",
+        Replayable::InPart => {
             "# What the sonars need that a replay leaves out. The values are placeholders: put in the right ones.\n"
         }
-        Verdict::WithSkeleton => {
+        Replayable::WithSkeleton => {
             "# What this log needs to be replayed. The values are placeholders: put in the right ones.\n"
         }
-        Verdict::No => {
+        Replayable::No => {
             "# A part of what this log needs. It is not enough: see what else stands in the way.\n"
         }
     });
@@ -74,11 +77,17 @@ pub fn skeleton(info: &Info, obstacles: &[LogError]) -> Option<String> {
     Some(text)
 }
 
+const DATA_SHEET: &str = "deg, full angle: see the data sheet";
+const TO_THE_LEFT: &str = "m, to the left";
+const MEASURE: &str = "m in the robot's frame: measure these; any name will do for the sonar";
+const TO_ITS_POINTS: &str = "deg, counter-clockwise: where its points lie, seen from the robot";
+const NO_ECHO: &str = "m: see the data sheet; a point at this distance is no echo";
+
 /// So many channels are given a type at the most.
 const MOST_TYPES: usize = 256;
 
 /// The types of channels of which the file does not say them, where something is missing.
-fn types(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
+fn types(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
     let is_missing = |obstacle: &LogError| {
         matches!(
             obstacle,
@@ -88,7 +97,7 @@ fn types(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
     if !obstacles.iter().any(is_missing) {
         return;
     }
-    let untyped = info.channels.iter().filter(|channel| channel.is_untyped());
+    let untyped = facts.channels.iter().filter(|channel| channel.is_untyped());
     let mut comment = "a guess by the topic, as the others: leave out what is neither";
     for channel in untyped.take(MOST_TYPES) {
         let topic = channel.topic.as_str();
@@ -105,8 +114,8 @@ fn types(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
     }
 }
 
-fn odometry(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
-    let input = &info.trial.config.input;
+fn odometry(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
+    let input = &facts.replay.config.input;
     for obstacle in obstacles {
         match obstacle {
             LogError::ManyOdometries { topics, .. } => {
@@ -146,11 +155,11 @@ fn odometry(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
     }
 }
 
-fn parameters(sections: &mut Sections, info: &Info) {
-    let config = &info.trial.config;
+fn parameters(sections: &mut Sections, facts: &Facts) {
+    let config = &facts.replay.config;
     let no_frames = |r: &ReplayError| matches!(r, ReplayError::NoFrames { .. });
-    if let Some(odometry) = &info.odometry {
-        let mended = info.trial.outcome.is_some() && info.trial.refused.iter().any(no_frames);
+    if let Some(odometry) = &facts.odometry {
+        let mended = facts.replay.outcome.is_some() && facts.replay.refused.iter().any(no_frames);
         let gap = if mended {
             Some(config.frames.max_odometry_gap)
         } else {
@@ -161,10 +170,14 @@ fn parameters(sections: &mut Sections, info: &Info) {
             sections.add("frames", "max_odometry_gap", Value::Float(gap), comment);
         }
     }
-    let narrow = info.trial.refused.iter().find_map(|refusal| match refusal {
-        ReplayError::GammaBeyondBeam { beam_width, .. } => Some(beam_width),
-        _ => None,
-    });
+    let narrow = facts
+        .replay
+        .refused
+        .iter()
+        .find_map(|refusal| match refusal {
+            ReplayError::GammaBeyondBeam { beam_width, .. } => Some(beam_width),
+            _ => None,
+        });
     if let Some(beam_width) = narrow {
         sections.add(
             "triple",
@@ -178,59 +191,48 @@ fn parameters(sections: &mut Sections, info: &Info) {
     }
 }
 
-fn sonars(sections: &mut Sections, info: &Info, obstacles: &[LogError]) {
-    let beamless = |name: &str| {
-        obstacles
-            .iter()
-            .any(|o| matches!(o, LogError::NoBeamWidth { sonar, .. } if sonar == name))
-    };
-    let without_beam = info.sonars.iter().filter(|s| beamless(&s.name)).count();
-    let beam = "deg, full angle: see the data sheet";
+/// The mounts, beams and limits that sonars lack.
+fn sonars(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
+    let mounts = obstacles.iter().filter_map(|obstacle| match obstacle {
+        LogError::NoMount(missing) => Some((missing.sonar.as_str(), &**missing)),
+        _ => None,
+    });
+    let mounts: BTreeMap<&str, &MissingMount> = mounts.collect();
+    let beams = obstacles.iter().filter_map(|obstacle| match obstacle {
+        LogError::NoBeamWidth { sonar, .. } => Some(sonar.as_str()),
+        _ => None,
+    });
+    let beams: BTreeSet<&str> = beams.collect();
+    let without_beam = |sonar: &&SonarFacts| beams.contains(sonar.name.as_str());
+    let beam_width = degrees(PLACEHOLDER_BEAM_WIDTH);
     // One key for all, unless it is one sonar among many that lacks it.
-    let for_all = without_beam > 1 || (without_beam == 1 && info.sonars.len() == 1);
+    let count = facts.sonars.iter().filter(without_beam).count();
+    let for_all = count > 1 || (count == 1 && facts.sonars.len() == 1);
     if for_all {
-        sections.add(
-            "sonars",
-            "beam_width",
-            degrees(PLACEHOLDER_BEAM_WIDTH),
-            beam,
-        );
+        sections.add("sonars", "beam_width", beam_width.clone(), DATA_SHEET);
     }
     let mut explained = false;
-    for sonar in &info.sonars {
+    for sonar in &facts.sonars {
         let section = format!("sonar.{}", keys::quoted(&sonar.name));
-        let missing = obstacles.iter().find_map(|obstacle| match obstacle {
-            LogError::NoMount(missing) if missing.sonar == sonar.name => Some(missing),
-            _ => None,
-        });
-        if let Some(missing) = missing {
-            let frame = if missing.robot_frame.is_empty() {
-                "the robot's frame".to_owned()
-            } else {
-                format!("`{}`", missing.robot_frame)
+        if let Some(missing) = mounts.get(sonar.name.as_str()) {
+            let frame = match missing.robot_frame.as_str() {
+                "" => "the robot's frame".to_owned(),
+                frame => format!("`{frame}`"),
             };
+            let comments = [
+                format!("m in {frame}: measure these"),
+                TO_THE_LEFT.to_owned(),
+                "deg, counter-clockwise: where the beam looks".to_owned(),
+            ];
             // The first one says what holds for all.
-            let comments = if explained {
-                Default::default()
-            } else {
-                [
-                    format!("m in {frame}: measure these"),
-                    "m, to the left".to_owned(),
-                    "deg, counter-clockwise: where the beam looks".to_owned(),
-                ]
-            };
-            explained = true;
+            let is_first = !std::mem::replace(&mut explained, true);
             for (key, comment) in ["x", "y", "yaw"].into_iter().zip(comments) {
+                let comment = if is_first { comment } else { String::new() };
                 sections.add(&section, key, Value::Float(0.0), comment);
             }
         }
-        if !for_all && beamless(&sonar.name) {
-            sections.add(
-                &section,
-                "beam_width",
-                degrees(PLACEHOLDER_BEAM_WIDTH),
-                beam,
-            );
+        if !for_all && without_beam(&sonar) {
+            sections.add(&section, "beam_width", beam_width.clone(), DATA_SHEET);
         }
         if sonar.limits_are_senseless() {
             let limit = PLACEHOLDER_MAX_RANGE + sonar.min_range.max(0.0);
@@ -253,29 +255,16 @@ fn rings(sections: &mut Sections, obstacles: &[LogError]) {
     for ring in rings {
         for (index, direction) in ring.directions.iter().enumerate() {
             let section = format!("sonar.{}", ring.name(index));
-            // The first one says what holds for all.
-            let comments = if index == 0 {
-                [
-                    "m in the robot's frame: measure these; any name will do for the sonar",
-                    "m, to the left",
-                    "deg, counter-clockwise: where its points lie, seen from the robot",
-                    "deg, full angle: see the data sheet",
-                    "m: see the data sheet; a point at this distance is no echo",
-                ]
-            } else {
-                [""; 5]
-            };
-            let values = [
-                ("x", Value::Float(0.0)),
-                ("y", Value::Float(0.0)),
-                (
-                    "yaw",
-                    Value::Float(libm::round(direction.to_degrees() * 10.0) / 10.0),
-                ),
-                ("beam_width", degrees(PLACEHOLDER_BEAM_WIDTH)),
-                ("max_range", Value::Float(PLACEHOLDER_MAX_RANGE)),
-            ];
-            for ((key, value), comment) in values.into_iter().zip(comments) {
+            let direction = libm::round(direction.to_degrees() * 10.0) / 10.0;
+            for (key, value, comment) in [
+                ("x", Value::Float(0.0), MEASURE),
+                ("y", Value::Float(0.0), TO_THE_LEFT),
+                ("yaw", Value::Float(direction), TO_ITS_POINTS),
+                ("beam_width", degrees(PLACEHOLDER_BEAM_WIDTH), DATA_SHEET),
+                ("max_range", Value::Float(PLACEHOLDER_MAX_RANGE), NO_ECHO),
+            ] {
+                // The first one says what holds for all.
+                let comment = if index == 0 { comment } else { "" };
                 sections.add(&section, key, value, comment);
             }
         }

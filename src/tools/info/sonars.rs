@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::resolution::{Resolution, resolution};
-use super::statistics::{fraction, median, rate};
 use crate::core::config::Config;
 use crate::core::event::{Events, RangeReading, Return, Sonar, SonarId};
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::odometry::Track;
 use crate::core::rounding::{number, optional};
+use crate::core::statistics::{fraction, median, rate};
 
 /// A sensor that moved less than this between two readings stood still, metres.
 const STILL: f64 = 1e-3;
@@ -16,6 +16,8 @@ const STILL: f64 = 1e-3;
 /// One sonar.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SonarFacts {
+    #[serde(skip)]
+    pub id: SonarId,
     /// Its name.
     pub name: String,
     /// The topic its readings came on.
@@ -88,6 +90,11 @@ pub struct MountFacts {
 }
 
 impl SonarFacts {
+    /// Limits between which no echo can lie.
+    pub fn limits_are_senseless(&self) -> bool {
+        self.max_range <= self.min_range || self.max_range <= 0.0
+    }
+
     /// Share of the moved echoes that repeat the one before.
     pub fn repeated(&self) -> f64 {
         fraction(self.repeats, self.moved)
@@ -103,9 +110,6 @@ pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
         Track::new(&events.odometry, &config.frames).with_range_delay(config.input.range_delay);
     let mut placed: Vec<Vec<Placed<'_>>> = vec![Vec::new(); events.sonars.len()];
     for reading in &events.readings {
-        let RangeReading {
-            sonar: SonarId(_), ..
-        } = reading;
         let index = reading.sonar.index();
         if let (Some(sonar), Some(list)) = (events.sonars.get(index), placed.get_mut(index)) {
             let robot = track.world_from_robot_at(reading).ok();
@@ -123,23 +127,19 @@ pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
 
 fn facts(sonar: &Sonar, readings: &[Placed<'_>], config: &Config) -> Option<SonarFacts> {
     let ((first, _), (last, _)) = (readings.first()?, readings.last()?);
-    let count = |kind| {
-        readings
-            .iter()
-            .filter(|(r, _)| r.classify() == kind)
-            .count() as u64
+    let of_kind = |kind| {
+        let readings = readings.iter().map(|(reading, _)| *reading);
+        readings.filter(move |reading| reading.classify() == kind)
     };
-    let mut echoes: Vec<f64> = readings
-        .iter()
-        .filter(|(r, _)| r.classify() == Return::Echo)
-        .map(|(r, _)| r.range)
-        .collect();
+    let count = |kind| of_kind(kind).count() as u64;
+    let mut echoes: Vec<f64> = of_kind(Return::Echo).map(|echo| echo.range).collect();
     echoes.sort_by(f64::total_cmp);
     let resolution = resolution(&echoes);
     let (moved, repeats) = repeats(readings, resolution.map_or(0.0, |r| r.step));
     let mount = sonar.robot_from_sensor;
     let said = |r: &RangeReading| [r.beam_width, r.min_range, r.max_range].map(f64::to_bits);
     Some(SonarFacts {
+        id: first.sonar,
         name: sonar.name.clone(),
         topic: sonar.topic.clone(),
         mount: Some(MountFacts {

@@ -1,6 +1,6 @@
 //! Findings on logs that are made up event by event.
 
-use super::findings::Weight;
+use super::finding::Weight;
 use super::*;
 use crate::core::config::Config;
 use crate::core::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
@@ -183,7 +183,7 @@ fn json_has_null_for_what_is_without_limit() {
         reading.max_range = f64::INFINITY;
     }
     let mut bytes = Vec::new();
-    json::write(&mut bytes, &info(events)).unwrap();
+    info(events).write(&mut bytes).unwrap();
     let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
     assert!(document["sonars"][0]["max_range"].is_null());
     assert_eq!(document["sonars"][0]["mount"]["yaw"], 1.5);
@@ -193,7 +193,7 @@ fn json_has_null_for_what_is_without_limit() {
 #[test]
 fn text_of_a_log_without_anything_is_short() {
     let nothing = info(Events::default());
-    assert_eq!(nothing.verdict, Verdict::No);
+    assert_eq!(nothing.facts.replay.possible, Replayable::No);
     let text = text::text(&nothing);
     assert!(
         text.starts_with("made_up.mcap: 0.0 s, 1 message used, 0 sonars\ncannot"),

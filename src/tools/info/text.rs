@@ -1,38 +1,46 @@
 //! A log's facts and findings for a person: metres, seconds and degrees, within 100 columns.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use comfy_table::{ColumnConstraint, Width};
 
-use super::findings::{Finding, Weight};
-use super::statistics::seconds;
-use super::tables::{LONGEST_NAME, channels, clocks, echoes, motion, render, sonars, table};
-use super::{Info, Verdict};
+use super::Info;
+use super::channels::ChannelFacts;
+use super::facts::Facts;
+use super::finding::{Finding, Weight};
+use super::odometry::OdometryFacts;
+use super::sonars::{MountFacts, SonarFacts};
+use super::trial::Replayable;
 use crate::core::legible::{legible, one_line, shortened};
+use crate::core::rounding::fixed;
+use crate::core::statistics::{fraction, median, seconds};
 use crate::core::wording::counted;
+use crate::tools::tables::{LONGEST_NAME, fitting, listed, name, optional, render, section, table};
 
 /// Longest part of a finding, characters.
 const LONGEST_PART: usize = 2000;
 
+/// Widest name beside all that is told of echoes, characters.
+const ECHOES_NAME: usize = 20;
+
 /// Everything, as text.
 pub fn text(info: &Info) -> String {
-    let mut text = head(info);
-    if !info.channels.is_empty() {
-        section(&mut text, "CHANNELS", &channels(info));
+    let facts = &info.facts;
+    let mut text = head(facts);
+    if !facts.channels.is_empty() {
+        section(&mut text, "CHANNELS", &channels(facts));
     }
-    if !info.sonars.is_empty() {
-        section(&mut text, "SONARS", &sonars(&info.sonars));
-        section(&mut text, "ECHOES", &echoes(&info.sonars));
+    if !facts.sonars.is_empty() {
+        section(&mut text, "SONARS", &sonars(&facts.sonars));
+        section(&mut text, "ECHOES", &echoes(&facts.sonars));
     }
-    if let Some(odometry) = &info.odometry {
-        section(&mut text, "ODOMETRY", &motion(info, odometry));
+    if let Some(odometry) = &facts.odometry {
+        section(&mut text, "ODOMETRY", &motion(facts, odometry));
     }
-    if info
-        .channels
-        .iter()
-        .any(|c| c.used && c.stamped + c.unstamped > 0)
-    {
-        section(&mut text, "CLOCKS", &clocks(info));
+    let is_stamped = |c: &ChannelFacts| c.used && c.stamped + c.unstamped > 0;
+    if facts.channels.iter().any(is_stamped) {
+        section(&mut text, "CLOCKS", &clocks(facts));
     }
     section(&mut text, "FINDINGS", &findings(&info.findings));
     if let Some(skeleton) = &info.skeleton {
@@ -45,47 +53,200 @@ pub fn text(info: &Info) -> String {
     legible(&text).into_owned()
 }
 
-/// Writing into a string cannot fail.
-fn section(text: &mut String, title: &str, body: &str) {
-    let _ = write!(text, "\n{title}\n{body}");
-}
-
-fn head(info: &Info) -> String {
+fn head(facts: &Facts) -> String {
+    let Facts { source, replay, .. } = facts;
     let mut text = format!(
         "{}: {:.1} s, {} used, {}{}\n",
-        info.file,
-        seconds(info.start_ns, info.end_ns),
-        counted(info.messages, "message"),
-        counted(info.sonars.len() as u64, "sonar"),
-        if info.is_complete() {
-            ""
-        } else {
-            ", INCOMPLETE"
-        },
+        one_line(&source.file),
+        seconds(source.start_ns, source.end_ns),
+        counted(source.messages, "message"),
+        counted(facts.sonars.len() as u64, "sonar"),
+        if source.complete { "" } else { ", INCOMPLETE" },
     );
-    let verdict = match info.verdict {
-        Verdict::Yes => "can be replayed",
-        Verdict::InPart => {
+    text.push_str(match replay.possible {
+        Replayable::Yes => "can be replayed",
+        Replayable::InPart => {
             "can be replayed in part, without the sonars that findings name; with the configuration at the end whole"
         }
-        Verdict::WithSkeleton => {
+        Replayable::WithSkeleton => {
             "cannot be replayed as it is; with the configuration at the end it can"
         }
-        Verdict::No => "cannot be replayed",
-    };
-    text.push_str(verdict);
-    if let Some(outcome) = &info.trial.outcome {
+        Replayable::No => "cannot be replayed",
+    });
+    if let Some(outcome) = &replay.outcome {
         let [contact, intersection, unidentified] =
             ["contact", "intersection", "unidentified"].map(|label| outcome.labelled(label));
         let arcs = contact + intersection + unidentified;
         let frames = counted(outcome.frames.into(), "frame");
         let _ = write!(text, ": {frames}, {}", counted(arcs, "arc"));
         // Labels made with placeholders mean nothing.
-        if info.verdict == Verdict::Yes {
+        if replay.possible == Replayable::Yes {
             let _ = write!(text, ", {contact} contact, {intersection} intersection");
         }
     }
     text.push('\n');
+    text
+}
+
+fn channels(facts: &Facts) -> String {
+    let channels = &facts.channels;
+    let start = channels.iter().map(|c| c.first_ns).min().unwrap_or(0);
+    let after = |stamp_ns| format!("{:.1}", seconds(start, stamp_ns));
+    listed::<ChannelFacts>(
+        4,
+        &[
+            ("topic", &|c| name(&c.topic)),
+            ("type", &|c| match c.type_name.as_str() {
+                "" => "(none)".to_owned(),
+                type_name => name(type_name),
+            }),
+            ("encoding", &|c| name(&c.encoding)),
+            ("read as", &|c| read_as(c).to_owned()),
+            ("messages", &|c| c.messages.to_string()),
+            ("Hz", &|c| optional(c.rate, 1)),
+            ("from s", &|c| after(c.first_ns)),
+            ("to s", &|c| after(c.last_ns)),
+        ],
+        channels,
+    )
+}
+
+fn read_as(channel: &ChannelFacts) -> &str {
+    match (channel.role, channel.used) {
+        (Some(role), true) => role,
+        (Some(_), false) if channel.problem.is_some() => "NOT READ",
+        (Some(_), false) => "left out",
+        (None, _) => "-",
+    }
+}
+
+/// What each sonar is and where it sits.
+fn sonars(sonars: &[SonarFacts]) -> String {
+    let known = |x: Option<f64>, decimals| x.map_or_else(|| "?".to_owned(), |x| fixed(x, decimals));
+    let mount =
+        |s: &SonarFacts, of: fn(MountFacts) -> f64, decimals| known(s.mount.map(of), decimals);
+    listed::<SonarFacts>(
+        2,
+        &[
+            ("sonar", &|s| name(&s.name)),
+            ("topic", &|s| name(&s.topic)),
+            ("x m", &|s| mount(s, |m| m.x, 3)),
+            ("y m", &|s| mount(s, |m| m.y, 3)),
+            ("yaw deg", &|s| mount(s, |m| m.yaw.to_degrees(), 1)),
+            ("beam deg", &|s| known(s.beam_width.map(f64::to_degrees), 1)),
+            ("min m", &|s| fixed(s.min_range, 2)),
+            ("max m", &|s| fixed(s.max_range, 2)),
+            ("readings", &|s| s.readings.to_string()),
+            ("Hz", &|s| optional(s.rate, 1)),
+        ],
+        sonars,
+    )
+}
+
+/// What came back to each sonar.
+fn echoes(sonars: &[SonarFacts]) -> String {
+    let share = |part, whole| format!("{:.0}", 100.0 * fraction(part, whole));
+    let names: Vec<String> = sonars.iter().map(|sonar| name(&sonar.name)).collect();
+    let names: BTreeMap<_, _> = (sonars.iter().map(|s| s.id))
+        .zip(fitting(names, ECHOES_NAME))
+        .collect();
+    let mut text = listed::<SonarFacts>(
+        1,
+        &[
+            ("sonar", &|s| names.get(&s.id).cloned().unwrap_or_default()),
+            ("echo\n%", &|s| share(s.echoes, s.readings)),
+            ("none\n%", &|s| share(s.no_echoes, s.readings)),
+            ("invalid\n%", &|s| share(s.invalid, s.readings)),
+            ("shortest\nm", &|s| optional(s.shortest, 2)),
+            ("median\nm", &|s| optional(s.median, 2)),
+            ("longest\nm", &|s| optional(s.longest, 2)),
+            ("step\nmm", &|s| match s.resolution {
+                Some(raster) if !raster.quantised => "fine".to_owned(),
+                raster => optional(raster.map(|raster| raster.step * 1e3), 1),
+            }),
+            ("noise\nmm", &|s| optional(s.scatter.map(|s| s * 1e3), 1)),
+            ("repeats\n%", &|s| match s.moved {
+                0 => "-".to_owned(),
+                moved => share(s.repeats, moved),
+            }),
+            ("apart\nm", &|s| optional(s.baseline, 3)),
+        ],
+        sonars,
+    );
+    text.push_str(
+        "  step: raster of the ranges; noise: how far they scatter along walls, standard deviation;\n  \
+         repeats: the same echo again although the sensor moved;\n  \
+         apart: from one reading to the next while moving\n",
+    );
+    text
+}
+
+/// The odometry in a few lines.
+fn motion(facts: &Facts, odometry: &OdometryFacts) -> String {
+    let mut text = format!(
+        "  {}: {}, {} Hz, {:.1} m driven, {:.0} deg turned\n",
+        name(&odometry.topic),
+        counted(odometry.samples, "sample"),
+        optional(odometry.rate, 1),
+        odometry.distance,
+        odometry.turning.to_degrees(),
+    );
+    let after = |stamp_ns| fixed(seconds(facts.source.start_ns, stamp_ns), 1);
+    if let (Some(gap), Some(jump)) = (odometry.longest_gap, odometry.largest_jump) {
+        let _ = writeln!(
+            text,
+            "  longest time between samples {:.3} s at {} s; longest way {:.3} m at {} s",
+            gap.seconds,
+            after(gap.stamp_ns),
+            jump.distance,
+            after(jump.stamp_ns),
+        );
+    }
+    if odometry.readings > 0 {
+        let _ = writeln!(
+            text,
+            "  {} of {} with a pose",
+            odometry.readings_with_pose,
+            counted(odometry.readings, "reading")
+        );
+    }
+    text
+}
+
+/// Stamps of ranges and odometry.
+fn clocks(facts: &Facts) -> String {
+    type OfRole<'a> = (&'a str, Vec<&'a ChannelFacts>);
+    let of_role = |role| {
+        let used = |c: &&ChannelFacts| c.used && c.role == Some(role);
+        (role, facts.channels.iter().filter(used).collect())
+    };
+    let roles: Vec<OfRole<'_>> = ["range", "odometry"].map(of_role).into();
+    let sum = |(_, channels): &OfRole<'_>, of: fn(&ChannelFacts) -> u64| {
+        channels.iter().map(|c| of(c)).sum::<u64>().to_string()
+    };
+    let milliseconds = |delay: Option<f64>| optional(delay.map(|delay| delay * 1e3), 1);
+    let mut text = listed::<OfRole<'_>>(
+        1,
+        &[
+            ("", &|(role, _)| (*role).to_owned()),
+            ("delay ms", &|(_, channels)| {
+                let delays = channels.iter().filter_map(|c| c.median_delay);
+                let mut delays: Vec<f64> = delays.collect();
+                delays.sort_by(f64::total_cmp);
+                milliseconds(median(&delays))
+            }),
+            ("largest", &|(_, channels)| {
+                let delays = channels.iter().filter_map(|c| c.extreme_delay);
+                milliseconds(delays.max_by(|a, b| a.abs().total_cmp(&b.abs())))
+            }),
+            ("no stamp", &|of_role| sum(of_role, |c| c.unstamped)),
+            ("backward", &|of_role| sum(of_role, |c| c.backward_stamps)),
+            ("twice", &|of_role| sum(of_role, |c| c.repeated_stamps)),
+            ("out of order", &|of_role| sum(of_role, |c| c.out_of_order)),
+        ],
+        roles.iter().filter(|(_, channels)| !channels.is_empty()),
+    );
+    text.push_str("  delay: from a message's stamp to its recording\n");
     text
 }
 

@@ -1,38 +1,71 @@
 //! A replay that writes nothing, to see what comes of a log.
 
-use super::motion::OdometryFacts;
+use std::collections::BTreeMap;
+
+use serde::{Serialize, Serializer};
+
+use super::odometry::OdometryFacts;
 use crate::core::config::Config;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay, ReplayError};
 
+/// Whether a log can be replayed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Replayable {
+    /// As it is.
+    Yes,
+    /// Without some of its sonars; with the keys of the skeleton whole.
+    InPart,
+    /// With the keys of the skeleton.
+    WithSkeleton,
+    /// Not by any configuration.
+    No,
+}
+
 /// What a replay came to.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct Trial {
+    pub possible: Replayable,
+    /// `None` where no configuration that could be thought of helped.
+    #[serde(rename = "counts", serialize_with = "counts")]
+    pub outcome: Option<Outcome>,
     /// The configuration it ran with: what the survey had, and what `refused` made necessary.
+    #[serde(skip)]
     pub config: Config,
     /// What it refused at first.
+    #[serde(skip)]
     pub refused: Vec<ReplayError>,
-    /// What it came to; `None` where no configuration that could be thought of helped.
-    pub outcome: Option<Outcome>,
 }
 
 impl Trial {
     /// No replay at all.
     pub fn none(config: Config) -> Self {
         Self {
+            possible: Replayable::No,
+            outcome: None,
             config,
             refused: Vec::new(),
-            outcome: None,
         }
     }
 
     /// Replays a log, with other parameters where those of `config` do not fit it.
-    pub fn run(log: &Log, config: Config, odometry: Option<&OdometryFacts>) -> Self {
+    pub fn run(
+        log: &Log,
+        config: Config,
+        odometry: Option<&OdometryFacts>,
+        as_it_is: Replayable,
+    ) -> Self {
         let mut trial = Self::none(config);
         loop {
             match replay(log, &trial.config) {
                 Ok(outcome) => {
                     trial.outcome = Some(outcome);
+                    trial.possible = if trial.refused.is_empty() {
+                        as_it_is
+                    } else {
+                        Replayable::WithSkeleton
+                    };
                     return trial;
                 }
                 Err(refusal) => {
@@ -88,6 +121,36 @@ fn fitting_gamma(beam_width: f64) -> f64 {
 pub fn wider_gap(odometry: &OdometryFacts, present: f64) -> Option<f64> {
     let usual = odometry.usual_interval.filter(|usual| *usual > present)?;
     Some(libm::ceil(usual * 15.0) / 10.0)
+}
+
+#[derive(Serialize)]
+struct Counts<'a> {
+    frames: u32,
+    readings: u64,
+    echoes: u64,
+    no_echoes: u64,
+    contact: u64,
+    intersection: u64,
+    unidentified: u64,
+    reasons: &'a BTreeMap<&'static str, u64>,
+    surplus: u64,
+    dropped: &'a BTreeMap<&'static str, u64>,
+}
+
+fn counts<S: Serializer>(outcome: &Option<Outcome>, serializer: S) -> Result<S::Ok, S::Error> {
+    let counts = outcome.as_ref().map(|outcome| Counts {
+        frames: outcome.frames,
+        readings: outcome.tally.readings,
+        echoes: outcome.tally.echoes,
+        no_echoes: outcome.tally.no_echoes,
+        contact: outcome.labelled("contact"),
+        intersection: outcome.labelled("intersection"),
+        unidentified: outcome.labelled("unidentified"),
+        reasons: &outcome.reasons,
+        surplus: outcome.tally.surplus,
+        dropped: &outcome.tally.dropped,
+    });
+    counts.serialize(serializer)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use crate::core::geometry::{Pose2, Vec2, direction};
 
-use super::SimulateError;
+use super::error::SimulateError;
 
 /// Way-points nearer than this have no direction between them, metres.
 const MIN_SEGMENT: f64 = 1e-6;
@@ -20,17 +20,17 @@ pub struct Path {
 
 /// One straight piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Segment {
+pub struct Segment {
     /// Where it begins, facing along it.
-    pub(super) start: Pose2,
+    pub start: Pose2,
     /// Metres.
-    pub(super) length: f64,
+    pub length: f64,
     end: Vec2,
 }
 
 impl Segment {
     /// The pose `distance` metres along.
-    pub(super) fn at(&self, distance: f64) -> Pose2 {
+    pub fn at(&self, distance: f64) -> Pose2 {
         let along = (self.end - self.start.position()) / self.length;
         let position = self.start.position() + along * distance;
         Pose2::new(position.x, position.y, self.start.yaw)
@@ -84,7 +84,7 @@ impl Path {
 
     /// The pose after `distance` metres, facing along travel; at a way-point already along the
     /// next piece. A closed path is walked round and round, an open one to its end.
-    pub(super) fn at(&self, distance: f64) -> Pose2 {
+    pub fn at(&self, distance: f64) -> Pose2 {
         let mut left = distance;
         let length = self.length();
         if self.is_closed() && distance >= length - REACHED {
@@ -102,7 +102,7 @@ impl Path {
     }
 
     /// The straight pieces, in order.
-    pub(super) fn segments(&self) -> &[Segment] {
+    pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 }

@@ -6,7 +6,7 @@ use crate::core::geometry::{Pose2, unit};
 use crate::core::world::{Echo, World};
 use crate::io::log::writer::{ROBOT_FRAME, Transform};
 
-use super::{SimulateError, require};
+use super::error::{SimulateError, require};
 
 /// Height of the sonars above the robot's origin, metres. Nothing depends on it.
 const HEIGHT: f64 = 0.2;
@@ -46,16 +46,16 @@ impl Default for Ring {
 }
 
 /// One sonar of a ring.
-pub(super) struct Mount {
+pub struct Mount {
     /// Its frame id.
-    pub(super) name: String,
+    pub name: String,
     /// Where it is; its beam is along x.
-    pub(super) robot_from_sensor: Pose2,
+    pub robot_from_sensor: Pose2,
 }
 
 impl Mount {
     /// The mounting as a log tells it.
-    pub(super) fn transform(&self) -> Transform<'_> {
+    pub fn transform(&self) -> Transform<'_> {
         Transform {
             parent: ROBOT_FRAME,
             child: &self.name,
@@ -67,7 +67,7 @@ impl Mount {
 
 impl Ring {
     /// Refuses what cannot be built or cannot measure.
-    pub(super) fn validate(&self) -> Result<(), SimulateError> {
+    pub fn validate(&self) -> Result<(), SimulateError> {
         require(
             (1..=MAX_SONARS).contains(&self.sonars),
             "the number of sonars",
@@ -101,12 +101,12 @@ impl Ring {
     }
 
     /// What one of its sonars would hear in `world` if nothing went wrong.
-    pub(super) fn listen(&self, world: &World, world_from_sensor: Pose2) -> Option<Echo> {
+    pub fn listen(&self, world: &World, world_from_sensor: Pose2) -> Option<Echo> {
         world.echo(world_from_sensor, self.beam_width, self.max_range)
     }
 
     /// The sonars, in order.
-    pub(super) fn mounts(&self) -> Vec<Mount> {
+    pub fn mounts(&self) -> Vec<Mount> {
         // Names of one width, so that they sort as the sonars do.
         let digits = self.sonars.saturating_sub(1).to_string().len().max(2);
         let mount = |index: usize| {
@@ -123,7 +123,7 @@ impl Ring {
 
 /// The order in which `sonars` fire in turn: bits reversed, so that neighbours in time look far
 /// apart and do not hear each other.
-pub(super) fn firing_order(sonars: usize) -> Vec<usize> {
+pub fn firing_order(sonars: usize) -> Vec<usize> {
     let mut order = vec![0];
     while order.len() < sonars {
         let doubled = order.iter().map(|index| index * 2);

@@ -2,8 +2,11 @@
 
 use std::cmp::Ordering;
 
-use super::score::Score;
-use super::{Cell, Sweep};
+use super::score::{Score, TruthScore};
+use crate::core::rounding::rounded;
+use crate::core::statistics::share;
+use crate::tools::tables::optional;
+use Better::{High, Low};
 
 /// Which of two values is the better one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,10 +24,7 @@ pub struct Column {
     pub name: &'static str,
     /// In tables; empty for what only files have.
     pub head: &'static str,
-    /// Which is better.
     pub better: Better,
-    /// Whether it needs the truth.
-    pub of_truth: bool,
     /// Decimals in a table; files have more.
     pub decimals: usize,
     /// What it is multiplied with in a table: 100 for shares, 1000 for millimetres.
@@ -33,108 +33,92 @@ pub struct Column {
     pub of: fn(&Score) -> Option<f64>,
 }
 
-fn share(part: u64, whole: u64) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
-}
+/// Decimals and scale in a table.
+const COUNT: (usize, f64) = (0, 1.0);
+const PERCENT: (usize, f64) = (1, 100.0);
+const NUMBER: (usize, f64) = (3, 1.0);
+const MILLIMETRES: (usize, f64) = (1, 1000.0);
 
-/// A count that is told in tables under `head`.
-const fn count(
+const fn column(
     name: &'static str,
     head: &'static str,
     better: Better,
+    (decimals, scale): (usize, f64),
     of: fn(&Score) -> Option<f64>,
 ) -> Column {
     Column {
         name,
         head,
         better,
-        of_truth: false,
-        decimals: 0,
-        scale: 1.0,
+        decimals,
+        scale,
         of,
     }
 }
 
-impl Column {
-    /// The same, held against the truth.
-    const fn of_truth(self) -> Self {
-        Self {
-            of_truth: true,
-            ..self
-        }
-    }
-
-    /// The same, told with some decimals of a unit that is so many times smaller.
-    const fn told(self, decimals: usize, scale: f64) -> Self {
-        Self {
-            decimals,
-            scale,
-            ..self
-        }
-    }
-
-    /// The same, told in per cent.
-    const fn percent(self) -> Self {
-        self.told(1, 100.0)
-    }
+fn count(count: u64) -> Option<f64> {
+    Some(count as f64)
 }
 
-use Better::{High, Low};
+fn of_truth(score: &Score, of: fn(&TruthScore) -> u64) -> Option<f64> {
+    count(of(score.truth.as_ref()?))
+}
 
-/// Every column.
-pub const COLUMNS: &[Column] = &[
-    count("map_errors", "map errors", Low, |s| {
-        Some(s.truth.as_ref()?.map_errors() as f64)
-    })
-    .of_truth(),
-    count("missed", "", Low, |s| Some(s.truth.as_ref()?.missed as f64)).of_truth(),
-    count("spurious", "", Low, |s| {
-        Some(s.truth.as_ref()?.spurious as f64)
-    })
-    .of_truth(),
-    count("twice", "", Low, |s| Some(s.truth.as_ref()?.twice as f64)).of_truth(),
-    count("wrong_share", "wrong %", Low, |s| {
+/// What only the truth tells.
+const OF_TRUTH: &[Column] = &[
+    column("map_errors", "map errors", Low, COUNT, |s| {
+        of_truth(s, TruthScore::map_errors)
+    }),
+    column("missed", "", Low, COUNT, |s| of_truth(s, |t| t.missed)),
+    column("spurious", "", Low, COUNT, |s| of_truth(s, |t| t.spurious)),
+    column("twice", "", Low, COUNT, |s| of_truth(s, |t| t.twice)),
+    column("wrong_share", "wrong %", Low, PERCENT, |s| {
         share(s.truth.as_ref()?.wrong, s.labelled())
-    })
-    .percent()
-    .of_truth(),
-    count("bits", "bits", Low, |s| s.bits).told(3, 1.0),
-    count("explained_share", "explained %", High, |s| {
-        share(s.explained, s.arcs)
-    })
-    .percent(),
-    count("chi2", "chi2", Low, |s| s.chi2).told(3, 1.0),
-    count("labelled_share", "labelled %", High, |s| {
-        share(s.labelled(), s.arcs)
-    })
-    .percent(),
-    count("suspect_share", "suspect %", Low, |s| {
-        share(s.suspects, s.labelled())
-    })
-    .percent(),
-    count("sound_share", "", High, |s| {
-        let sound = s.labelled() as f64 - 2.0 * s.suspects as f64;
-        (s.arcs > 0).then(|| sound / s.arcs as f64)
-    })
-    .percent(),
-    count("lines", "lines", Low, |s| Some(s.lines as f64)),
-    count("points", "points", Low, |s| Some(s.points as f64)),
-    count("rms", "rms mm", Low, |s| s.rms).told(1, 1000.0),
-    count("frames", "", High, |s| Some(s.frames as f64)),
-    count("arcs", "", High, |s| Some(s.arcs as f64)),
-    count("contact", "", High, |s| Some(s.contact as f64)),
-    count("intersection", "", High, |s| Some(s.intersection as f64)),
-    count("suspects", "", Low, |s| Some(s.suspects as f64)),
+    }),
 ];
 
-/// By what cells are ranked where nothing else is asked for, the first that differs decides.
-pub const WITH_TRUTH: &[&str] = &["map_errors", "wrong_share", "labelled_share", "bits"];
-/// The same without the truth.
-pub const WITHOUT_TRUTH: &[&str] = &["bits", "sound_share"];
+/// What every sweep has.
+const ALWAYS: &[Column] = &[
+    column("bits", "bits", Low, NUMBER, |s| s.bits),
+    column("explained_share", "explained %", High, PERCENT, |s| {
+        share(s.explained, s.arcs)
+    }),
+    column("chi2", "chi2", Low, NUMBER, |s| s.chi2),
+    column("labelled_share", "labelled %", High, PERCENT, |s| {
+        share(s.labelled(), s.arcs)
+    }),
+    column("suspect_share", "suspect %", Low, PERCENT, |s| {
+        share(s.suspects, s.labelled())
+    }),
+    column("sound_share", "", High, PERCENT, |s| {
+        let sound = s.labelled() as f64 - 2.0 * s.suspects as f64;
+        (s.arcs > 0).then(|| sound / s.arcs as f64)
+    }),
+    column("lines", "lines", Low, COUNT, |s| count(s.lines)),
+    column("points", "points", Low, COUNT, |s| count(s.points)),
+    column("rms", "rms mm", Low, MILLIMETRES, |s| s.rms),
+    column("frames", "", High, COUNT, |s| count(s.frames)),
+    column("arcs", "", High, COUNT, |s| count(s.arcs)),
+    column("contact", "", High, COUNT, |s| count(s.contact)),
+    column("intersection", "", High, COUNT, |s| count(s.intersection)),
+    column("suspects", "", Low, COUNT, |s| count(s.suspects)),
+];
 
-/// The column with a name.
-pub fn find(name: &str) -> Option<&'static Column> {
-    COLUMNS.iter().find(|column| column.name == name)
+/// The columns that a sweep has.
+pub fn columns(with_truth: bool) -> impl Iterator<Item = &'static Column> {
+    let of_truth = if with_truth { OF_TRUTH } else { &[] };
+    of_truth.iter().chain(ALWAYS)
+}
+
+/// By what cells are ranked where nothing else is asked for; the first that differs decides.
+pub fn ranking(with_truth: bool) -> impl Iterator<Item = &'static Column> {
+    let names: &[&str] = if with_truth {
+        &["map_errors", "wrong_share", "labelled_share", "bits"]
+    } else {
+        &["bits", "sound_share"]
+    };
+    let found = move |name| columns(with_truth).find(|column| column.name == name);
+    names.iter().copied().filter_map(found)
 }
 
 impl Column {
@@ -147,18 +131,23 @@ impl Column {
         }
     }
 
+    /// Whether it counts something: a whole number.
+    pub fn is_count(&self) -> bool {
+        (self.decimals, self.scale) == COUNT
+    }
+
     /// Better cells first; those without a value last.
     pub fn compare(&self, a: &Score, b: &Score) -> Ordering {
         match ((self.of)(a), (self.of)(b)) {
-            (Some(a), Some(b)) if self.better == Better::Low => a.total_cmp(&b),
+            (Some(a), Some(b)) if self.better == Low => a.total_cmp(&b),
             (Some(a), Some(b)) => b.total_cmp(&a),
             (a, b) => b.is_some().cmp(&a.is_some()),
         }
     }
 
-    /// A value for a table.
-    pub fn text(&self, score: &Score) -> String {
-        self.number((self.of)(score))
+    /// The value of a cell as files hold it.
+    pub fn rounded(&self, score: &Score) -> Option<f64> {
+        (self.of)(score).map(rounded)
     }
 
     /// The least difference that a table shows.
@@ -169,56 +158,6 @@ impl Column {
 
     /// A number of the column for a table.
     pub fn number(&self, number: Option<f64>) -> String {
-        let decimals = self.decimals;
-        number.map_or_else(
-            || "-".to_owned(),
-            |value| format!("{:.decimals$}", value * self.scale),
-        )
-    }
-}
-
-/// The columns that a sweep has.
-pub fn columns(with_truth: bool) -> impl Iterator<Item = &'static Column> {
-    COLUMNS
-        .iter()
-        .filter(move |column| with_truth || !column.of_truth)
-}
-
-/// Puts the best cells first; what failed comes last, what is equal stays in the grid's order.
-pub fn rank(cells: &mut [Cell], by: &[&'static Column]) {
-    cells.sort_by(|a, b| match (&a.score, &b.score) {
-        (Ok(one), Ok(other)) => by
-            .iter()
-            .map(|column| column.compare(one, other))
-            .find(|order| order.is_ne())
-            .unwrap_or(a.index.cmp(&b.index)),
-        (a_score, b_score) => b_score
-            .is_ok()
-            .cmp(&a_score.is_ok())
-            .then(a.index.cmp(&b.index)),
-    });
-}
-
-impl Sweep {
-    /// The column that was ranked by first.
-    pub fn first_column(&self) -> Option<&'static Column> {
-        self.ranked_by.first().copied()
-    }
-
-    /// The cells that no ranked column tells from the best one, which is the first of them.
-    pub fn leaders(&self) -> impl Iterator<Item = &Cell> {
-        let best = self.best().map(|(_, score)| score);
-        self.cells.iter().take_while(move |cell| {
-            let (Some(best), Ok(score)) = (best, &cell.score) else {
-                return false;
-            };
-            let mut by = self.ranked_by.iter();
-            by.all(|column| column.compare(best, score).is_eq())
-        })
-    }
-
-    /// Whether nothing that was swept makes a difference.
-    pub fn is_flat(&self) -> bool {
-        self.cells.len() > 1 && self.leaders().count() == self.cells.len()
+        optional(number.map(|number| number * self.scale), self.decimals)
     }
 }

@@ -4,7 +4,10 @@ use std::fmt::Write as _;
 use std::io;
 
 use super::columns::{Better, Column, columns};
-use super::{Axis, Cell, Sweep, conclusion, json};
+use super::files;
+use super::grid::Axis;
+use super::result::{Cell, Sweep};
+use super::text::conclusion;
 use crate::observe::drawing;
 
 /// Numbers that are drawn of every cell.
@@ -16,7 +19,7 @@ const MOST_COLUMNS: usize = 4;
 /// Never in practice: it is written to memory.
 pub fn grid(sweep: &Sweep) -> io::Result<drawing::Grid> {
     let mut content = Vec::new();
-    json::write(&mut content, sweep)?;
+    files::json(&mut content, sweep)?;
     let axes = sweep.grid.axes().iter().enumerate();
     let swept: Vec<(usize, &Axis)> = axes.filter(|(_, axis)| axis.values.len() > 1).collect();
     let columns = drawn(sweep);
@@ -72,7 +75,7 @@ pub fn grid(sweep: &Sweep) -> io::Result<drawing::Grid> {
 fn lines(sweep: &Sweep) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
-    for line in conclusion::text(sweep).lines() {
+    for line in conclusion(sweep).lines() {
         let _ = writeln!(text, "{}  ", line.trim_start());
     }
     for note in &sweep.notes {

@@ -1,8 +1,262 @@
-//! The cells of a sweep: every combination of values.
+//! What is swept: keys of the configuration, the values they take, and the cells that these make.
 
-use super::axes::{Axis, AxisError, MOST_CELLS};
+use toml::{Table, Value};
+
 use crate::core::config::Config;
+use crate::core::legible::one_line;
+use crate::core::rounding::rounded;
 use crate::io::config::file::{ConfigError, check, overridden};
+use crate::io::config::keys::{self, Unit};
+
+/// More cells than this are more than a person waits for.
+pub const MOST_CELLS: usize = 100_000;
+
+/// A key and its values, in the unit of `tmam.toml`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// As in `tmam.toml`: `triple.alpha`, `sonar.front.yaw`.
+    pub path: Vec<String>,
+    /// Unit of the values.
+    pub unit: Unit,
+    /// In the order in which they were given.
+    pub values: Vec<f64>,
+}
+
+/// Why something cannot be swept.
+#[derive(Debug, thiserror::Error)]
+pub enum AxisError {
+    /// No numbers.
+    #[error("`{spec}` for {key} is neither a number nor A:B:STEP (5:15:0.5) nor a list (5,7.5,10)")]
+    NotNumbers {
+        /// The key.
+        key: String,
+        /// As written.
+        spec: String,
+    },
+    /// A range without a step.
+    #[error("`{spec}` for {key} has no step; write A:B:STEP, both ends included")]
+    NoStep {
+        /// The key.
+        key: String,
+        /// As written.
+        spec: String,
+    },
+    /// A range that never ends.
+    #[error("`{spec}` for {key} never arrives: a step of {step} does not lead from {from} to {to}")]
+    WrongWay {
+        /// The key.
+        key: String,
+        /// As written.
+        spec: String,
+        /// First value.
+        from: f64,
+        /// Last value.
+        to: f64,
+        /// From one to the next.
+        step: f64,
+    },
+    /// A value that is listed twice.
+    #[error("`{spec}` for {key} has {value} twice")]
+    Twice {
+        /// The key.
+        key: String,
+        /// As written.
+        spec: String,
+        /// The value.
+        value: f64,
+    },
+    /// Two axes of one key.
+    #[error("{key} is given twice; sweep it once")]
+    SweptTwice {
+        /// The key.
+        key: String,
+    },
+    /// Too many cells.
+    #[error(
+        "the grid has {cells} cells, more than {MOST_CELLS}: give larger steps, or sweep fewer keys at a \
+         time"
+    )]
+    TooManyCells {
+        /// How many there are; from 1e15 on it is not exact.
+        cells: f64,
+    },
+    /// No axis at all.
+    #[error(
+        "nothing to sweep: give --alpha, --beta, --gamma, --step or --set KEY with values, such as \
+         --gamma 5:15:1 or --set sonar.front.yaw=-5:5:0.5"
+    )]
+    Nothing,
+    /// The configuration does not have such a key, or not such a value.
+    #[error("--set {text}: {source}")]
+    Config {
+        /// As written.
+        text: String,
+        /// What is wrong.
+        source: ConfigError,
+    },
+}
+
+impl Axis {
+    /// The axis of a key: a dotted path as TOML has it.
+    ///
+    /// # Errors
+    /// A key that does not exist, and values that cannot be read.
+    pub fn parse(key: &str, spec: &str) -> Result<Self, AxisError> {
+        let text = || format!("{key}={spec}");
+        let bad = |source| AxisError::Config {
+            text: text(),
+            source,
+        };
+        let table: Table = format!("{key} = 0")
+            .parse()
+            .map_err(|source| bad(ConfigError::Malformed(Box::new(source))))?;
+        let path = path(&table);
+        let parts: Vec<&str> = path.iter().map(String::as_str).collect();
+        let known = keys::find(&parts).ok_or_else(|| {
+            bad(ConfigError::UnknownKey {
+                key: parts.join("."),
+                suggestion: keys::nearest(&parts),
+            })
+        })?;
+        let values = values(key, spec)?;
+        if let Some(value) = values.iter().find(|value| !known.bounds.hold(**value)) {
+            return Err(bad(ConfigError::OutOfBounds {
+                key: parts.join("."),
+                value: *value,
+                bounds: known.bounds,
+                unit: known.unit,
+            }));
+        }
+        Ok(Self {
+            unit: known.unit,
+            path,
+            values,
+        })
+    }
+
+    /// The key as TOML has it.
+    pub fn key(&self) -> String {
+        let quoted: Vec<String> = self.path.iter().map(|part| keys::part(part)).collect();
+        quoted.join(".")
+    }
+
+    /// What a table calls it: the key without its first part, or what tells it from others.
+    pub fn short(&self) -> String {
+        let skipped = usize::from(self.path.len() > 1);
+        let short = self.path.get(skipped..).unwrap_or_default().join(".");
+        one_line(&short).into_owned()
+    }
+
+    /// What stands above its values in a table.
+    pub fn heading(&self) -> String {
+        format!("{} {}", self.short(), self.unit_name())
+            .trim_end()
+            .to_owned()
+    }
+
+    /// `deg`, or nothing for a key in SI units.
+    pub fn unit_name(&self) -> &'static str {
+        match self.unit {
+            Unit::Degrees => "deg",
+            Unit::Plain => "",
+        }
+    }
+
+    /// A value as a line of `tmam.toml`.
+    pub fn line(&self, value: f64) -> String {
+        // What is whole may be a count.
+        if value.fract() == 0.0 && value.abs() < 1e15 {
+            format!("{} = {value:.0}", self.key())
+        } else {
+            format!("{} = {value:?}", self.key())
+        }
+    }
+
+    /// The key, part by part.
+    pub fn parts(&self) -> Vec<&str> {
+        self.path.iter().map(String::as_str).collect()
+    }
+
+    /// Whether the key decides how messages are decoded.
+    pub fn is_decoding(&self) -> bool {
+        matches!(self.parts().as_slice(), ["channel", ..])
+    }
+
+    /// Whether the key decides what the log's messages make together: mounts, beams, clocks.
+    pub fn is_of_log(&self) -> bool {
+        match self.parts().as_slice() {
+            ["input", "start" | "end"] => false,
+            ["channel" | "sonar" | "sonars" | "input", ..] => true,
+            _ => false,
+        }
+    }
+}
+
+/// The path of a table's only leaf.
+fn path(table: &Table) -> Vec<String> {
+    let mut parts = Vec::new();
+    let mut inner = Some(table);
+    while let Some((name, value)) = inner.and_then(|table| table.iter().next()) {
+        parts.push(name.clone());
+        inner = match value {
+            Value::Table(table) => Some(table),
+            _ => None,
+        };
+    }
+    parts
+}
+
+/// The values of `A:B:STEP` with both ends, of a list with commas, or of a single number.
+///
+/// # Errors
+/// Whatever is none of these.
+pub fn values(key: &str, spec: &str) -> Result<Vec<f64>, AxisError> {
+    let (key, spec) = (key.to_owned(), spec.to_owned());
+    let numbers = |separator: char| -> Option<Vec<f64>> {
+        let parts = spec.split(separator).map(|part| part.trim().parse::<f64>());
+        let numbers = parts.collect::<Result<Vec<f64>, _>>().ok()?;
+        numbers.iter().all(|x| x.is_finite()).then_some(numbers)
+    };
+    if spec.contains(':') {
+        return match numbers(':').as_deref() {
+            Some(&[from, to, step]) => range(key, spec, [from, to, step]),
+            Some([_, _]) => Err(AxisError::NoStep { key, spec }),
+            _ => Err(AxisError::NotNumbers { key, spec }),
+        };
+    }
+    let Some(values) = numbers(',') else {
+        return Err(AxisError::NotNumbers { key, spec });
+    };
+    let mut sorted = values.clone();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.array_windows().find(|[a, b]| a == b) {
+        Some(&[value, _]) => Err(AxisError::Twice { key, spec, value }),
+        None => Ok(values),
+    }
+}
+
+/// From one end to the other, both included; a sum of steps that misses the end by rounding alone
+/// is at the end.
+fn range(key: String, spec: String, [from, to, step]: [f64; 3]) -> Result<Vec<f64>, AxisError> {
+    const SLACK: f64 = 1e-9;
+    let count = (to - from) / step;
+    let steps = libm::floor(count + SLACK);
+    if (0.0..MOST_CELLS as f64).contains(&steps) {
+        let values = (0..=steps as usize).map(|k| rounded(from + k as f64 * step));
+        Ok(values.collect())
+    } else if count.is_finite() && count >= 0.0 {
+        let cells = libm::floor(count) + 1.0;
+        Err(AxisError::TooManyCells { cells })
+    } else {
+        Err(AxisError::WrongWay {
+            key,
+            spec,
+            from,
+            to,
+            step,
+        })
+    }
+}
 
 /// Every combination of the values of some axes; the last one runs fastest.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,60 +353,53 @@ impl Grid {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Axes, and settings that are none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Request {
+    /// What is swept.
+    pub axes: Vec<Axis>,
+    /// `KEY=VALUE` with a text or a switch: the same in every cell.
+    pub settings: Vec<String>,
+}
 
-    fn grid(axes: &[(&str, &str)]) -> Result<Grid, AxisError> {
-        Grid::new(
-            axes.iter()
-                .map(|(key, spec)| Axis::parse(key, spec).unwrap())
-                .collect(),
-        )
-    }
-
-    #[test]
-    fn the_last_axis_runs_fastest() {
-        let grid = grid(&[("triple.alpha", "0.3,0.5"), ("triple.gamma", "5:15:5")]).unwrap();
-        assert_eq!(grid.cells(), 6);
-        assert_eq!(grid.values(0), [0.3, 5.0]);
-        assert_eq!(grid.values(1), [0.3, 10.0]);
-        assert_eq!(grid.values(5), [0.5, 15.0]);
-        assert_eq!(
-            grid.flags(4),
-            "--set triple.alpha=0.5 --set triple.gamma=10"
-        );
-        let config = grid.configuration(&Config::default(), 5).unwrap();
-        assert_eq!(config.triple.gamma, 15_f64.to_radians());
-        assert_eq!((config.triple.alpha, config.triple.beta), (0.5, 2.0));
-    }
-
-    #[test]
-    fn one_part_of_a_mount_and_a_count_can_be_swept() {
-        let grid = grid(&[("sonar.'/us front'.yaw", "90"), ("map.confirm_runs", "3")]).unwrap();
-        let config = grid.configuration(&Config::default(), 0).unwrap();
-        let sonar = &config.sonar["/us front"];
-        assert_eq!((sonar.x, sonar.yaw), (None, Some(90_f64.to_radians())));
-        assert_eq!(config.map.confirm_runs, 3);
-        assert!(
-            grid.flags(0)
-                .starts_with("--set 'sonar.\"/us front\".yaw=90'")
-        );
-    }
-
-    #[test]
-    fn what_is_too_much_or_too_little_is_refused() {
-        let said = |axes: &[(&str, &str)]| grid(axes).unwrap_err().to_string();
-        assert!(said(&[]).contains("nothing to sweep"));
-        assert!(said(&[("triple.beta", "2"), ("triple.beta", "3")]).contains("given twice"));
-        let many = [("triple.beta", "2:999:1"), ("map.gate", "1:999:1")];
-        assert!(said(&many).contains("997002 cells, more than 100000"));
-    }
-
-    #[test]
-    fn values_that_do_not_go_together_fail_by_themselves() {
-        let grid = grid(&[("input.start", "1,5"), ("input.end", "3")]).unwrap();
-        assert!(grid.configuration(&Config::default(), 0).is_ok());
-        assert!(grid.configuration(&Config::default(), 1).is_err());
+impl Request {
+    /// From flags with a key of their own, and from `KEY=VALUES` texts.
+    ///
+    /// # Errors
+    /// What is neither an axis nor a setting.
+    pub fn new(flags: &[(&str, Option<&str>)], set: &[String]) -> Result<Self, AxisError> {
+        let mut request = Self::default();
+        for (key, spec) in flags {
+            if let Some(spec) = spec {
+                request.axes.push(Axis::parse(key, spec)?);
+            }
+        }
+        for text in set {
+            // Numbers never hold an equals sign, quoted keys may.
+            match text.rsplit_once('=') {
+                Some((key, spec)) if is_setting(key, spec) => request.settings.push(text.clone()),
+                Some((key, spec)) => request.axes.push(Axis::parse(key.trim(), spec.trim())?),
+                None => {
+                    return Err(AxisError::NotNumbers {
+                        key: text.clone(),
+                        spec: String::new(),
+                    });
+                }
+            }
+        }
+        Ok(request)
     }
 }
+
+/// A text, a switch or a list of them: no axis. (10:20:10 is a time of day to TOML, and an axis here.)
+fn is_setting(key: &str, spec: &str) -> bool {
+    let value = format!("value = {spec}").parse::<toml::Table>();
+    let is_other = value.is_ok_and(|table| {
+        let value = table.get("value");
+        value.is_some_and(|value| value.is_str() || value.is_bool() || value.is_array())
+    });
+    values(key, spec).is_err() && is_other
+}
+
+#[cfg(test)]
+mod tests;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use tmam_replay::tools::evaluate::Evaluation;
-use tmam_replay::tools::evaluate::errors::Nees;
 use tmam_replay::tools::evaluate::map::{KindScore, MapScore};
+use tmam_replay::tools::evaluate::matching::Nees;
 
 use super::drives::Case;
 use super::table_one;
@@ -89,7 +89,7 @@ fn summary(rows: &[Row], second: &str, seeds: u64) -> String {
                 )
             }),
             (&exact, &|r| {
-                sum(r, |e| u64::from(e.confirmed.is_exact())).to_string()
+                sum(r, |e| u64::from(e.confirmed.exact)).to_string()
             }),
             ("missed", &|r| each(r, missed)),
             ("twice", &|r| each(r, twice)),
@@ -154,10 +154,10 @@ pub fn each(runs: &[Evaluation], of: impl Fn(&Evaluation) -> u64) -> String {
 
 fn labels(rows: &[Row]) -> String {
     let lines = |e: &Evaluation| {
-        e.labels.contact.line + e.labels.intersection.line + e.labels.unidentified.line
+        e.labels.contact.arcs.line + e.labels.intersection.arcs.line + e.labels.unidentified.line
     };
     let points = |e: &Evaluation| {
-        e.labels.contact.point + e.labels.intersection.point + e.labels.unidentified.point
+        e.labels.contact.arcs.point + e.labels.intersection.arcs.point + e.labels.unidentified.point
     };
     let share =
         |runs: &[Evaluation],
@@ -173,16 +173,20 @@ fn labels(rows: &[Row]) -> String {
                 share(r, &|e| e.labels.wrong_labels(), &|e| e.labels.given())
             }),
             ("contact right %", &|r| {
-                share(r, &|e| e.labels.contact.line, &|e| e.labels.contact.total())
-            }),
-            ("found %", &|r| share(r, &|e| e.labels.contact.line, &lines)),
-            ("intersection right %", &|r| {
-                share(r, &|e| e.labels.intersection.point, &|e| {
-                    e.labels.intersection.total()
+                share(r, &|e| e.labels.contact.arcs.line, &|e| {
+                    e.labels.contact.arcs.total()
                 })
             }),
             ("found %", &|r| {
-                share(r, &|e| e.labels.intersection.point, &points)
+                share(r, &|e| e.labels.contact.arcs.line, &lines)
+            }),
+            ("intersection right %", &|r| {
+                share(r, &|e| e.labels.intersection.arcs.point, &|e| {
+                    e.labels.intersection.arcs.total()
+                })
+            }),
+            ("found %", &|r| {
+                share(r, &|e| e.labels.intersection.arcs.point, &points)
             }),
             ("wrong found by suspects %", &|r| {
                 share(r, &|e| e.suspects.configured.wrong_found, &|e| {
@@ -237,9 +241,7 @@ fn map(rows: &[Row], exact: &str, of: fn(&Evaluation) -> &MapScore) -> String {
     table(
         rows,
         &[
-            (exact, &|r| {
-                sum(r, |e| u64::from(of(e).is_exact())).to_string()
-            }),
+            (exact, &|r| sum(r, |e| u64::from(of(e).exact)).to_string()),
             ("lines right", &count(lines, |k| k.matches.len() as u64)),
             ("missed", &count(lines, |k| k.missed.len() as u64)),
             ("twice", &count(lines, |k| k.duplicates.len() as u64)),
@@ -282,11 +284,11 @@ fn covariances(rows: &[Row]) -> String {
                 ),
                 (
                     "lines of one run",
-                    &nees(|e| e.extracted_lines.pure_errors.nees)
+                    &nees(|e| e.extracted.lines.pure_errors.nees)
                 ),
                 (
                     "points of one run",
-                    &nees(|e| e.extracted_points.pure_errors.nees)
+                    &nees(|e| e.extracted.points.pure_errors.nees)
                 ),
             ],
         )

@@ -3,7 +3,7 @@
 use crate::core::geometry::unit;
 use crate::core::tmam::feature::{MapFeature, Segment, Shape};
 use crate::core::world::Reflector;
-use crate::tools::evaluate::matching::{TrueLine, compare};
+use crate::tools::evaluate::matching::TrueLine;
 use crate::tools::evaluate::truth::Truth;
 
 /// Lengths of lines and walls beside each other.
@@ -18,32 +18,30 @@ pub struct Lengths {
 impl Lengths {
     /// Of a map's lines.
     pub fn new(features: &[&MapFeature], truth: &Truth) -> Self {
+        let walls = truth.world().walls();
         // By wall the ways along it, by line the ways along that.
-        let mut on_walls = vec![Vec::new(); truth.world().walls().len()];
+        let mut on_walls = vec![Vec::new(); walls.len()];
         let mut overrun = 0.0;
         for feature in features {
             let Shape::Line(segment) = &feature.shape else {
                 continue;
             };
             let mut beside = Vec::new();
-            for (index, wall) in truth.world().walls().iter().enumerate() {
-                let held = compare(&feature.shape, Reflector::Line(index), truth.world());
-                if held.is_none_or(|comparison| comparison.cost.is_none()) {
-                    continue;
-                }
-                let line = TrueLine::of(wall);
-                let (low, high) = line.beside(segment);
-                if let Some(ways) = on_walls.get_mut(index) {
+            for (reflector, ..) in truth.candidates(&feature.shape) {
+                let index = reflector.index();
+                if let (Some(wall), Some(ways)) = (walls.get(index), on_walls.get_mut(index)) {
+                    let line = TrueLine::of(wall);
+                    let (low, high) = line.beside(segment);
                     ways.push((low, high));
+                    beside.push(along(segment, &line, low, high));
                 }
-                beside.push(along(segment, &line, low, high));
             }
             if !beside.is_empty() {
                 overrun += (2.0 * segment.half_length - union(&mut beside)).max(0.0);
             }
         }
         let (mut covered, mut whole) = (0.0, 0.0);
-        for (index, (wall, ways)) in truth.world().walls().iter().zip(&mut on_walls).enumerate() {
+        for (index, (wall, ways)) in walls.iter().zip(&mut on_walls).enumerate() {
             if truth.is_visible(Reflector::Line(index)) {
                 covered += union(ways);
                 whole += (wall.end - wall.start).norm();

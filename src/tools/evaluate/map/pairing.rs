@@ -1,13 +1,15 @@
 //! Which feature of a map is which wall or point.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
-use super::reflectors;
+use serde::Serialize;
+
 use crate::core::assignment::assign;
 use crate::core::geometry::unit;
-use crate::core::tmam::feature::{Kind, MapFeature, Segment, Shape};
+use crate::core::tmam::feature::{Kind, MapFeature, Shape};
 use crate::core::world::Reflector;
-use crate::tools::evaluate::matching::{Comparison, TrueLine, compare};
+use crate::tools::evaluate::matching::{Comparison, TrueLine, index};
 use crate::tools::evaluate::truth::{Origin, Truth};
 
 /// A line shows another wall as well when it covers at least this share of the shorter of the two,
@@ -15,18 +17,19 @@ use crate::tools::evaluate::truth::{Origin, Truth};
 const MOST: f64 = 0.5;
 
 /// A map feature that is a wall or point of the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Match {
-    /// The feature's id.
+    #[serde(rename = "id")]
     pub feature: u32,
-    /// What it is.
+    #[serde(rename = "index", serialize_with = "index")]
     pub reflector: Reflector,
     /// How well it fits.
+    #[serde(flatten)]
     pub comparison: Comparison,
 }
 
 /// Every feature of one kind in one of these, but for `shared`, which has some of the matched again.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pairing {
     /// One to one.
     pub matches: Vec<Match>,
@@ -42,9 +45,11 @@ pub struct Pairing {
 
 /// A feature that can be a wall or point: their places in the lists of both.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct Candidate<'a> {
     row: usize,
     column: usize,
+    feature: &'a MapFeature,
+    reflector: Reflector,
     cost: f64,
     comparison: Comparison,
 }
@@ -52,50 +57,55 @@ struct Candidate {
 impl Pairing {
     /// Pairs the features of one kind.
     pub fn new(kind: Kind, features: &[&MapFeature], truth: &Truth) -> Self {
-        let reflectors = reflectors(kind, truth);
-        let candidates = candidates(features, &reflectors, truth);
-        let costs: Vec<_> = candidates
-            .iter()
-            .map(|c| (c.row, c.column, c.cost))
+        let mut candidates = Vec::new();
+        for (row, &feature) in features.iter().enumerate() {
+            let of_it = truth.candidates(&feature.shape);
+            candidates.extend(of_it.map(|(reflector, comparison, cost)| Candidate {
+                row,
+                column: reflector.index(),
+                feature,
+                reflector,
+                cost,
+                comparison,
+            }));
+        }
+        let costs = candidates.iter().map(|c| (c.row, c.column, c.cost));
+        let costs: Vec<_> = costs.collect();
+        let columns = truth.reflectors(kind).len();
+        let pairs: BTreeSet<(usize, usize)> = assign(features.len(), columns, &costs)
+            .into_iter()
             .collect();
-        let pairs = assign(features.len(), reflectors.len(), &costs);
+        let matched = candidates
+            .iter()
+            .filter(|c| pairs.contains(&(c.row, c.column)));
         let mut all = Self {
-            matches: Vec::new(),
-            shared: Vec::new(),
-            duplicates: Vec::new(),
-            parts: Vec::new(),
-            spurious: Vec::new(),
+            matches: matched.map(Candidate::as_match).collect(),
+            ..Self::default()
         };
-        let is_pair = |c: &&Candidate| pairs.contains(&(c.row, c.column));
-        for found in candidates.iter().filter(is_pair) {
-            if let (Some(feature), Some(reflector)) =
-                (features.get(found.row), reflectors.get(found.column))
-            {
-                all.matches.push(Match {
-                    feature: feature.id,
-                    reflector: *reflector,
-                    comparison: found.comparison,
-                });
+        let taken: BTreeSet<usize> = pairs.iter().map(|(row, _)| *row).collect();
+        all.sort_leftovers(features, &candidates, taken);
+        all.share(&candidates, &pairs, truth);
+        all
+    }
+
+    /// Gives walls and points that have no feature of their own the best of those that show them.
+    fn share(
+        &mut self,
+        candidates: &[Candidate<'_>],
+        pairs: &BTreeSet<(usize, usize)>,
+        truth: &Truth,
+    ) {
+        let paired: BTreeSet<usize> = pairs.iter().map(|(_, column)| *column).collect();
+        let mut best: BTreeMap<usize, &Candidate<'_>> = BTreeMap::new();
+        let unpaired = candidates.iter().filter(|c| !paired.contains(&c.column));
+        for found in unpaired.filter(|c| shows(&c.feature.shape, c.reflector, truth)) {
+            let known = best.entry(found.column).or_insert(found);
+            if found.cost < known.cost {
+                *known = found;
             }
         }
-        let taken: Vec<usize> = pairs.iter().map(|(row, _)| *row).collect();
-        all.sort_leftovers(features, &reflectors, &candidates, taken);
-        let unpaired = |column: &usize| !pairs.iter().any(|(_, paired)| paired == column);
-        for column in (0..reflectors.len()).filter(unpaired) {
-            let Some(reflector) = reflectors.get(column) else {
-                continue;
-            };
-            let shows = |c: &&Candidate| {
-                let feature = features.get(c.row).filter(|_| c.column == column);
-                feature.is_some_and(|feature| shows(&feature.shape, *reflector, truth))
-            };
-            let best = candidates.iter().filter(shows);
-            let best = best.min_by(|a, b| a.cost.total_cmp(&b.cost));
-            let best = best.and_then(|c| features.get(c.row));
-            all.shared
-                .extend(best.map(|feature| (feature.id, *reflector)));
-        }
-        all
+        let best = best.into_values();
+        self.shared = best.map(|c| (c.feature.id, c.reflector)).collect();
     }
 
     /// What the features without a partner are; the best first, as it is against the better ones
@@ -103,44 +113,32 @@ impl Pairing {
     fn sort_leftovers(
         &mut self,
         features: &[&MapFeature],
-        reflectors: &[Reflector],
-        candidates: &[Candidate],
-        mut taken: Vec<usize>,
+        candidates: &[Candidate<'_>],
+        mut taken: BTreeSet<usize>,
     ) {
-        let mut nearest: Vec<Candidate> = Vec::new();
-        for (row, feature) in features.iter().enumerate() {
-            if taken.contains(&row) {
-                continue;
+        let (mut by_row, mut by_column) = (BTreeMap::new(), BTreeMap::new());
+        for candidate in candidates {
+            let nearest = by_row.entry(candidate.row).or_insert(candidate);
+            if candidate.cost < nearest.cost {
+                *nearest = candidate;
             }
-            let own = candidates.iter().filter(|c| c.row == row);
-            match own.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
-                Some(found) => nearest.push(*found),
-                None => self.spurious.push(feature.id),
-            }
+            let on_it: &mut Vec<_> = by_column.entry(candidate.column).or_default();
+            on_it.push(candidate);
         }
+        let rows = (0..features.len()).zip(features);
+        let lost = rows.filter(|(row, _)| !by_row.contains_key(row));
+        self.spurious = lost.map(|(_, feature)| feature.id).collect();
+        let mut nearest: Vec<&Candidate<'_>> = by_row.into_values().collect();
+        nearest.retain(|found| !taken.contains(&found.row));
         nearest.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         for found in nearest {
-            let (Some(feature), Some(reflector)) =
-                (features.get(found.row), reflectors.get(found.column))
-            else {
-                continue;
-            };
-            let on_it = |row: &&usize| {
-                candidates
-                    .iter()
-                    .any(|c| c.row == **row && c.column == found.column)
-            };
-            let better: Vec<&Shape> = taken
-                .iter()
-                .filter(on_it)
-                .filter_map(|row| features.get(*row))
-                .map(|feature| &feature.shape)
-                .collect();
-            if is_new(&feature.shape, &better) {
-                self.parts.push(feature.id);
-                taken.push(found.row);
+            let on_it = by_column.get(&found.column).into_iter().flatten();
+            let mut better = on_it.filter(|other| taken.contains(&other.row));
+            if better.all(|other| lies_apart(&found.feature.shape, &other.feature.shape)) {
+                self.parts.push(found.feature.id);
+                taken.insert(found.row);
             } else {
-                self.duplicates.push((feature.id, *reflector));
+                self.duplicates.push((found.feature.id, found.reflector));
             }
         }
         self.parts.sort_unstable();
@@ -148,23 +146,14 @@ impl Pairing {
     }
 }
 
-fn candidates(features: &[&MapFeature], reflectors: &[Reflector], truth: &Truth) -> Vec<Candidate> {
-    let mut all = Vec::new();
-    for (row, feature) in features.iter().enumerate() {
-        for (column, reflector) in reflectors.iter().enumerate() {
-            if let Some(comparison) = compare(&feature.shape, *reflector, truth.world())
-                && let Some(cost) = comparison.cost
-            {
-                all.push(Candidate {
-                    row,
-                    column,
-                    cost,
-                    comparison,
-                });
-            }
+impl Candidate<'_> {
+    fn as_match(&self) -> Match {
+        Match {
+            feature: self.feature.id,
+            reflector: self.reflector,
+            comparison: self.comparison,
         }
     }
-    all
 }
 
 /// Whether a feature within the gates of a wall or point shows it, though it is matched with another.
@@ -182,20 +171,14 @@ fn shows(shape: &Shape, reflector: Reflector, truth: &Truth) -> bool {
     }
 }
 
-/// Whether most of a line lies beside none of `better`, which are on the same wall.
-fn is_new(shape: &Shape, better: &[&Shape]) -> bool {
-    let Shape::Line(segment) = shape else {
+/// Whether most of a line does not lie beside another one on the same wall.
+fn lies_apart(shape: &Shape, other: &Shape) -> bool {
+    let (Shape::Line(segment), Shape::Line(other)) = (shape, other) else {
         return false;
     };
     let axis = unit(segment.theta + FRAC_PI_2);
-    let length = 2.0 * segment.half_length;
-    let beside = |other: &Segment| {
-        let [a, b] = other.ends().map(|end| (end - segment.mid).dot(&axis));
-        let (low, high) = (a.min(b), a.max(b));
-        high.min(segment.half_length) - low.max(-segment.half_length)
-    };
-    better.iter().all(|other| match other {
-        Shape::Line(other) => beside(other) < MOST * length,
-        Shape::Point(_) => true,
-    })
+    let [a, b] = other.ends().map(|end| (end - segment.mid).dot(&axis));
+    let (low, high) = (a.min(b), a.max(b));
+    let beside = high.min(segment.half_length) - low.max(-segment.half_length);
+    beside < MOST * 2.0 * segment.half_length
 }

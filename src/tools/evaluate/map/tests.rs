@@ -51,10 +51,10 @@ fn a_wall_has_one_line_and_what_else_lies_on_it_is_twice_or_more_of_it() {
     // What was not heard is not asked for, but may be there.
     assert_eq!(score.points.visible, 0);
     assert_eq!(score.points.matches.len(), 1);
-    assert_eq!((score.points.matched(), score.points.more()), (0, 1));
+    assert_eq!((score.points.matched, score.points.more()), (0, 1));
     assert_eq!(score.points.spurious, [5]);
     // One wall is visible and matched; a part of it, and two that are too many, make all four lines.
-    assert_eq!((lines.visible, lines.matched(), lines.more()), (1, 1, 1));
+    assert_eq!((lines.visible, lines.matched, lines.more()), (1, 1, 1));
     assert!((score.points.errors.position.unwrap().max - 0.1).abs() < 1e-9);
 }
 
@@ -62,12 +62,16 @@ fn a_wall_has_one_line_and_what_else_lies_on_it_is_twice_or_more_of_it() {
 fn only_what_was_heard_three_times_can_be_missed() {
     assert_eq!(MapScore::new([].iter(), &truth(2)).lines.missed, []);
     let score = MapScore::new([].iter(), &truth(3));
-    assert_eq!(score.lines.missed, [Reflector::Line(0)]);
+    let missed = Missed {
+        reflector: Reflector::Line(0),
+        echoes: 3,
+    };
+    assert_eq!(score.lines.missed, [missed]);
     assert_eq!(score.lines.covered, Some(0.0));
-    assert!(!score.is_exact());
+    assert!(!score.exact);
     let whole = [line(0, 2.0, -2.0, 2.0)];
     let score = MapScore::new(whole.iter(), &truth(3));
-    assert!(score.is_exact());
+    assert!(score.exact);
     assert_eq!(score.lines.covered, Some(1.0));
 }
 
@@ -113,7 +117,7 @@ fn a_line_is_every_piece_of_a_wall_that_it_covers() {
         let lines = MapScore::new(over.iter(), &door).lines;
         assert_eq!((lines.matches.len(), lines.shared.len()), (1, shared));
         // The wall behind the door never echoed: it is not counted, shown or not.
-        assert_eq!((lines.matched(), lines.without_own()), (1, 0));
+        assert_eq!((lines.matched, lines.without_own()), (1, 0));
     }
 }
 

@@ -1,0 +1,92 @@
+//! What a simulation refuses.
+
+use crate::io::log::writer::WriteError;
+
+/// Why a simulation cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// A parameter out of its range.
+    #[error("{name} is {value}, but must be {allowed}")]
+    Parameter {
+        /// Which.
+        name: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it may be.
+        allowed: &'static str,
+    },
+    /// A way-point that is not two numbers.
+    #[error("{0:?} is not a way-point; write x,y in metres, with spaces between way-points")]
+    WaypointText(String),
+    /// Nowhere to go.
+    #[error("a path needs at least 2 way-points, got {0}")]
+    TooFewWaypoints(usize),
+    /// A way-point at which there is no direction of travel.
+    #[error(
+        "way-points {index} and {} are {distance} m apart; neighbours must be at least 1e-6 m apart and finite",
+        index + 1
+    )]
+    Waypoints {
+        /// The earlier of the two, from 0.
+        index: usize,
+        /// How far apart they are, metres.
+        distance: f64,
+    },
+    /// An open path with fewer places than steps.
+    #[error(
+        "{steps} steps of {step} m do not fit an open path of {length} m; take at most {most}, or end the way-points where they begin"
+    )]
+    PathTooShort {
+        /// The number of steps asked for.
+        steps: usize,
+        /// Metres a step.
+        step: f64,
+        /// The path's length, metres.
+        length: f64,
+        /// How many fit.
+        most: usize,
+    },
+    /// More than anyone wants to replay.
+    #[error(
+        "the log would hold about {readings:.0} readings, more than {limit}; shorten the path, or sample it less often"
+    )]
+    TooLong {
+        /// How many readings it would hold.
+        readings: f64,
+        /// How many it may.
+        limit: usize,
+    },
+    /// The log could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Refuses a parameter outside `allowed`; `valid` is false for NaN when it is a comparison.
+pub fn require(
+    valid: bool,
+    name: &'static str,
+    value: f64,
+    allowed: &'static str,
+) -> Result<(), SimulateError> {
+    let refused = || SimulateError::Parameter {
+        name,
+        value,
+        allowed,
+    };
+    valid.then_some(()).ok_or_else(refused)
+}
+
+/// Refuses what is not a standard deviation.
+pub fn deviation(name: &'static str, value: f64) -> Result<(), SimulateError> {
+    require(
+        value >= 0.0 && value.is_finite(),
+        name,
+        value,
+        "a standard deviation: 0 or more",
+    )
+}
+
+/// Refuses what is not above zero.
+pub fn positive(name: &'static str, value: f64) -> Result<(), SimulateError> {
+    require(value > 0.0 && value.is_finite(), name, value, "above 0")
+}

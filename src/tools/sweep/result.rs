@@ -1,0 +1,155 @@
+//! A sweep that has run: its cells in order, and how far the best one leads.
+
+use std::cmp::Ordering;
+
+use super::columns::Column;
+use super::grid::Grid;
+use super::runner::{CellError, Configured};
+use super::score::Score;
+
+/// A sweep that has run.
+#[derive(Debug)]
+pub struct Sweep {
+    /// File name of the log, without its directory.
+    pub file: String,
+    /// What was swept.
+    pub grid: Grid,
+    /// Whether cells were held against the truth.
+    pub with_truth: bool,
+    /// Whether the log was read to its end without loss.
+    pub complete: bool,
+    /// What a person should know of the log.
+    pub notes: Vec<String>,
+    /// What could not be read of it.
+    pub losses: Vec<String>,
+    /// By what the cells are ranked.
+    pub ranked_by: Vec<&'static Column>,
+    /// The log without the sweep.
+    pub configured: Configured,
+    /// Every cell, the best first, those that failed last.
+    pub cells: Vec<Cell>,
+}
+
+/// One configuration.
+#[derive(Debug)]
+pub struct Cell {
+    /// Its place in the grid.
+    pub index: usize,
+    /// What it came to.
+    pub score: Result<Score, CellError>,
+}
+
+/// The best cell beside what is configured.
+#[derive(Debug)]
+pub enum Lead {
+    /// They differ first in this column, the best cell being better in it.
+    Better(Difference),
+    /// No ranked column tells them apart.
+    Alike,
+    /// The grid leaves out what is configured, which is better than all of it.
+    Worse(Difference),
+    /// The configuration cannot be replayed without the sweep.
+    Failed(String),
+}
+
+/// Where the best cell and the configured values differ first.
+#[derive(Debug)]
+pub struct Difference {
+    /// The column.
+    pub column: &'static Column,
+    /// In it, of the best cell and of what is configured; `None` where there is no such number.
+    pub best: Option<f64>,
+    /// See `best`.
+    pub configured: Option<f64>,
+    /// How many columns rank before it, in which both are alike.
+    pub alike: usize,
+}
+
+/// Puts the best cells first; what failed comes last, what is equal stays in the grid's order.
+pub fn rank(cells: &mut [Cell], by: &[&'static Column]) {
+    cells.sort_by(|a, b| {
+        let order = match (&a.score, &b.score) {
+            (Ok(one), Ok(other)) => {
+                let mut orders = by.iter().map(|column| column.compare(one, other));
+                orders.find(|order| order.is_ne())
+            }
+            (a, b) => Some(b.is_ok().cmp(&a.is_ok())),
+        };
+        order.unwrap_or(Ordering::Equal).then(a.index.cmp(&b.index))
+    });
+}
+
+impl Cell {
+    fn scored(&self) -> Option<&Score> {
+        self.score.as_ref().ok()
+    }
+}
+
+impl Sweep {
+    /// The best cell.
+    pub fn best(&self) -> Option<(&Cell, &Score)> {
+        let cell = self.cells.first()?;
+        Some((cell, cell.scored()?))
+    }
+
+    /// How many cells could not be replayed.
+    pub fn failed(&self) -> usize {
+        self.cells.iter().filter(|cell| cell.score.is_err()).count()
+    }
+
+    /// Whether anything echoed in any cell.
+    pub fn has_arcs(&self) -> bool {
+        let mut scores = self.cells.iter().filter_map(Cell::scored);
+        scores.any(|score| score.arcs > 0)
+    }
+
+    /// The cells that no ranked column tells from the best one, which is the first of them.
+    pub fn leaders(&self) -> impl Iterator<Item = &Cell> {
+        let best = self.best().map(|(_, score)| score);
+        self.cells.iter().take_while(move |cell| {
+            let (Some(best), Some(score)) = (best, cell.scored()) else {
+                return false;
+            };
+            let mut by = self.ranked_by.iter();
+            by.all(|column| column.compare(best, score).is_eq())
+        })
+    }
+
+    /// Whether nothing that was swept makes a difference.
+    pub fn is_flat(&self) -> bool {
+        self.cells.len() > 1 && self.leaders().count() == self.cells.len()
+    }
+
+    /// How far the best cell leads over what is configured.
+    pub fn lead(&self) -> Option<Lead> {
+        let (_, best) = self.best()?;
+        let configured = match &self.configured.score {
+            Ok(score) => score,
+            Err(error) => return Some(Lead::Failed(error.to_string())),
+        };
+        let mut ranked = self.ranked_by.iter().copied().enumerate();
+        let first = ranked.find(|(_, column)| column.compare(best, configured).is_ne());
+        let Some((alike, column)) = first else {
+            return Some(Lead::Alike);
+        };
+        let difference = Difference {
+            column,
+            best: (column.of)(best),
+            configured: (column.of)(configured),
+            alike,
+        };
+        Some(if column.compare(best, configured).is_lt() {
+            Lead::Better(difference)
+        } else {
+            Lead::Worse(difference)
+        })
+    }
+}
+
+impl Difference {
+    /// Whether a table shows both numbers alike.
+    pub fn is_small(&self) -> bool {
+        let shown = |number| self.column.number(number);
+        shown(self.best) == shown(self.configured)
+    }
+}
