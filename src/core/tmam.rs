@@ -11,6 +11,7 @@ pub mod hypothesis;
 pub mod label;
 pub mod map;
 pub mod pair;
+pub mod pending;
 pub mod prediction;
 pub mod report;
 pub mod rule;
@@ -85,8 +86,11 @@ impl Tmam {
         for sonar in sonars {
             self.take(sonar, None, &mut step);
         }
-        let streams = std::mem::take(&mut self.streams).into_values();
-        step.reports = streams.flat_map(Stream::into_reports).collect();
+        let streams = std::mem::take(&mut self.streams);
+        let arcs = streams.values().map(|stream| stream.reports().len()).sum();
+        step.reports.reserve_exact(arcs);
+        let reports = streams.into_values().flat_map(Stream::into_reports);
+        step.reports.extend(reports);
         step.reports.sort_by_key(|report| report.arc.id);
         let arcs: Vec<Arc> = step.reports.iter().map(|report| report.arc).collect();
         step.settled = self.map.settle(&arcs);

@@ -6,9 +6,9 @@ use super::arc::Arc;
 use super::fit::{Fit, FitOptions, fit_in_parts, fit_run};
 use super::hypothesis::Gate;
 use super::label::{Label, Reason};
+use super::pending::Pending;
 use super::report::ArcReport;
 use super::run::{Run, Runs};
-use super::stream::Pending;
 use crate::core::config::{self, Config, NoiseAwareOptions};
 
 /// A rule: a policy for each step of the method that the two rules take differently.

@@ -6,25 +6,13 @@ use super::arc::{Arc, ArcId};
 use super::feature::Extraction;
 use super::hypothesis::Gate;
 use super::label::Label;
+use super::pending::Pending;
 use super::report::{ArcReport, RunTest};
 use super::rule::{Decision, Rule};
 use super::run::{Run, Runs};
 use super::triple::{TripleTest, Way, bend, obstacle};
 use super::window::{AdaptiveWindow, WindowResult};
 use crate::core::config::Config;
-
-/// An arc that has no label yet.
-#[derive(Debug, Clone)]
-pub struct Pending {
-    /// What is known of it so far.
-    pub report: ArcReport,
-    /// The arc between its neighbours, where the three make a triple.
-    pub triple: Option<[Arc; 3]>,
-    /// Whether the entry after it has come.
-    pub is_followed: bool,
-    /// What its windows came to, once no wider one will be looked at.
-    pub window: Option<WindowResult>,
-}
 
 /// One sonar's stream of entries.
 #[derive(Debug, Clone, Default)]
@@ -122,6 +110,11 @@ impl Stream {
     }
 
     /// Every labelled arc, in order.
+    pub fn reports(&self) -> &[ArcReport] {
+        &self.reports
+    }
+
+    /// The same.
     pub fn into_reports(self) -> Vec<ArcReport> {
         self.reports
     }

@@ -163,7 +163,7 @@ impl AdaptiveWindow {
 
     fn settled(&mut self, may_go: impl Fn(&Growing) -> bool) -> Vec<WindowResult> {
         let mut settled = Vec::new();
-        while let Some(one) = self.growing.pop_front_if(|one| may_go(one)) {
+        while let Some(mut one) = self.growing.pop_front_if(|one| may_go(one)) {
             let Some(arc) = self.arcs.get(one.at - self.first) else {
                 continue;
             };
@@ -173,6 +173,7 @@ impl AdaptiveWindow {
                 Vec::new()
             };
             let has_test = !one.tests.is_empty();
+            one.tests.shrink_to_fit();
             settled.push(WindowResult {
                 arc: arc.id,
                 tests: one.tests,
