@@ -8,11 +8,9 @@ use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
 use crate::io::output::{print, print_aside};
-use crate::tools::check::text::{SHOWN, closing, report};
-use crate::tools::check::{
-    CheckError, Options, Partition, ReportFiles, Suite, annotations, exit, json,
-};
-use crate::tools::golden::is_set;
+use crate::tools::check::text::{closing, report};
+use crate::tools::check::{Options, ReportFiles, Suite, annotations, exit, json, refused};
+use crate::tools::golden::{SHOWN, is_set};
 
 /// Hold logs to golden files: has anything changed that should not have?
 ///
@@ -102,17 +100,18 @@ impl Args {
             force: self.force,
             strict: self.strict,
             tolerances: self.tolerance,
+            partition: self.partition,
             ..Options::default()
         };
         let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
         options.refuse_collisions(junit, summary, self.json)?;
         let files = ReportFiles::open(junit, summary)?;
-        let suite = match prepare(options, self.partition.as_deref(), &self.parameters) {
+        let suite = match prepare(options, &self.parameters) {
             Ok(suite) => suite,
             Err(error) => {
                 files.refuse(&error)?;
                 if self.json {
-                    print(&format!("{:#}\n", json::refused(&error)))?;
+                    print(&format!("{:#}\n", refused(&error)))?;
                 }
                 return Err(error);
             }
@@ -144,7 +143,7 @@ impl Args {
         };
         if self.json {
             let _ = io::stderr().write_all(errors.as_bytes());
-            say(&format!("{:#}\n", json::json(&reports, suite.notes())));
+            say(&format!("{:#}\n", json(&reports, suite.notes())));
         } else {
             say(&errors);
             for note in suite.notes() {
@@ -162,20 +161,7 @@ fn in_github() -> bool {
 }
 
 /// What can be wrong with what is given, once the reports can say so.
-fn prepare(
-    options: Options,
-    partition: Option<&str>,
-    parameters: &Parameters,
-) -> Result<Suite, Error> {
+fn prepare(options: Options, parameters: &Parameters) -> Result<Suite, Error> {
     let layers = parameters.layers()?;
-    if !layers.is_empty() && !options.bless {
-        return Err(CheckError::ParametersWithoutBless.into());
-    }
-    let partition = partition.map(str::parse::<Partition>).transpose();
-    let suite = Suite::new(Options {
-        layers,
-        partition: partition.map_err(CheckError::from)?,
-        ..options
-    })?;
-    Ok(suite)
+    Ok(Suite::new(Options { layers, ..options })?)
 }

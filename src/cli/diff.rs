@@ -6,9 +6,8 @@ use super::parameters::Parameters;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::output::print;
-use crate::tools::check::text::{SHOWN, differences};
-use crate::tools::diff::{self, DiffError, Terms};
-use crate::tools::golden::{Tolerance, compare};
+use crate::tools::diff::{Diff, Terms};
+use crate::tools::golden::SHOWN;
 
 /// Compare two results: of logs, recordings, feature files or golden files
 ///
@@ -67,31 +66,14 @@ impl Args {
                 .parameters
                 .varied_layers(self.config_b.clone(), &self.set_b)?,
             b_differs: self.config_b.is_some() || !self.set_b.is_empty(),
+            tolerances: self.tolerance,
         };
-        let pair = diff::pair(&self.a, self.b.as_deref(), &terms)?;
-        let (a, b) = (&pair.a, &pair.b);
-        let tolerance = self
-            .tolerance
-            .iter()
-            .try_fold(
-                a.tolerances.or(b.tolerances).unwrap_or_default(),
-                Tolerance::with,
-            )
-            .map_err(DiffError::from)?;
-        let found = compare(&a.results, &b.results, &tolerance);
-        let whole = a.losses.is_empty() && b.losses.is_empty();
-        let exit = if !found.matches(self.strict) {
-            Exit::Differs
-        } else if !whole || (a.results.is_empty() && b.results.is_empty()) {
-            Exit::Incomplete
-        } else {
-            Exit::Done
-        };
+        let diff = Diff::new(&self.a, self.b.as_deref(), &terms)?;
         print(&if self.json {
-            format!("{:#}\n", diff::json::json(&pair, &found, &tolerance, exit))
+            format!("{:#}\n", diff.json(self.strict))
         } else {
-            differences(&pair, &found, &tolerance, self.show, self.strict)
+            diff.text(self.show, self.strict)
         })?;
-        Ok(exit)
+        Ok(diff.exit(self.strict))
     }
 }

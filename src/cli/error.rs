@@ -94,10 +94,9 @@ impl Error {
     /// How a command ends that fails with it.
     pub fn exit(&self) -> Exit {
         let found_nothing = match self {
-            Self::Replay(error) | Self::Explain(ExplainError::Replay(error)) => {
-                error.found_nothing()
-            }
-            Self::Diff(DiffError::Golden(error)) => error.found_nothing(),
+            Self::Replay(error)
+            | Self::Explain(ExplainError::Replay(error))
+            | Self::Diff(DiffError::Replay(error)) => error.found_nothing(),
             _ => false,
         };
         if found_nothing {

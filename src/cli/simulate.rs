@@ -1,7 +1,8 @@
 //! `tmam simulate`
 
+use std::fs;
 use std::io::{Cursor, Write as _};
-use std::path::{Path as FilePath, PathBuf};
+use std::path::PathBuf;
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
@@ -196,5 +197,5 @@ impl From<Args> for Simulation {
 
 /// Reads a world that a flag names.
 pub(super) fn read_world(path: &str) -> Result<World, WorldError> {
-    World::read(FilePath::new(path))
+    World::from_json(&fs::read_to_string(path)?)
 }

@@ -52,6 +52,30 @@ pub fn inert_line(text: &str) -> String {
     legible(&text).into_owned()
 }
 
+/// Longer names are cut, bytes.
+const LONGEST_NAME: usize = 256;
+
+/// A name from a file as it is called from there on: what would steer a terminal or begin a line is written
+/// as an escape, and what no one would read to its end is cut.
+pub fn name(text: &str) -> Cow<'_, str> {
+    let is_long = text.len() > LONGEST_NAME;
+    if !is_long && !text.chars().any(|c| c == '\n' || steers(c)) {
+        return Cow::Borrowed(text);
+    }
+    let shown = |part: &str| legible(part).replace('\n', "\\u000a");
+    if !is_long {
+        return Cow::Owned(shown(text));
+    }
+    // What is cut off tells it from others that begin alike.
+    let start: String = text.chars().take(LONGEST_NAME / 2).collect();
+    let sum = crc32fast::hash(text.as_bytes());
+    Cow::Owned(format!(
+        "{}...({} bytes, {sum:08x})",
+        shown(&start),
+        text.len()
+    ))
+}
+
 /// The text as one line, so that a name in it cannot look like several.
 pub fn one_line(text: &str) -> Cow<'_, str> {
     if text.contains('\n') {
@@ -105,8 +129,13 @@ pub fn shortened(text: &str, word: usize, whole: usize) -> String {
     short
 }
 
+/// Whether a character is a command to a terminal, or turns the direction in which text is shown.
 fn steers(character: char) -> bool {
-    character != '\n' && character.is_control()
+    let turns = matches!(
+        character,
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+    );
+    turns || (character != '\n' && character.is_control())
 }
 
 #[cfg(test)]
@@ -136,6 +165,17 @@ mod tests {
         assert_eq!(inert_line(" ::error::b"), "\\u003a:error::b");
         assert_eq!(inert_line("a ##[error]b"), "a \\u0023#[error]b");
         assert_eq!(inert_line("a: b::c # d"), "a: b::c # d");
+    }
+
+    #[test]
+    fn a_name_is_one_short_line_that_steers_nothing() {
+        assert!(matches!(name("vorn_ä"), Cow::Borrowed("vorn_ä")));
+        let evil = name("a\n::error::b\u{1b}[2J\u{202e}c");
+        assert_eq!(evil, "a\\u000a::error::b\\u001b[2J\\u202ec");
+        let [a, b] = ["a", "b"].map(|end| "x".repeat(1_000_000) + end);
+        let (a, b) = (name(&a), name(&b));
+        assert!(a.len() < 200 && a != b, "{a} {b}");
+        assert!(a.contains("1000001 bytes"), "{a}");
     }
 
     #[test]

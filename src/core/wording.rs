@@ -42,6 +42,17 @@ pub fn times(count: u64) -> String {
     }
 }
 
+/// `a, b, c and 3 more`.
+pub fn few(names: &[String]) -> String {
+    const SHOWN: usize = 3;
+    let shown = names.iter().take(SHOWN).map(String::as_str);
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(SHOWN) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
 /// The time from one stamp to another as seconds with so many decimals; zero has no sign.
 pub fn seconds_between(from_ns: i64, to_ns: i64, decimals: usize) -> String {
     fixed(to_ns.saturating_sub(from_ns) as f64 * 1e-9, decimals)
@@ -61,6 +72,13 @@ mod tests {
         assert_eq!(counted(3, "way"), "3 ways");
         assert_eq!(counted(3, "match"), "3 matches");
         assert_eq!((times(1), times(2)), ("once".into(), "2 times".into()));
+    }
+
+    #[test]
+    fn many_names_are_counted() {
+        let names = ["a", "b", "c", "d", "e"].map(str::to_owned);
+        assert_eq!(few(&names), "a, b, c and 2 more");
+        assert_eq!(few(&names[..2]), "a, b");
     }
 
     #[test]

@@ -10,13 +10,8 @@
 //! Wall ends diffract as well. Point indices count the file's `points` first, in their order, then
 //! the wall ends that the file does not list, wall by wall.
 
-mod error;
-
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-pub use self::error::WorldError;
 use crate::core::geometry::{Pose2, Vec2, angle_between, direction};
 
 /// Two places nearer than this are the same, metres.
@@ -27,6 +22,56 @@ const MIN_WALL_LENGTH: f64 = 1e-6;
 
 /// The most walls and listed points of a world: an echo is looked for among all of them.
 const LARGEST: usize = 5_000;
+
+/// Why a world cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The file cannot be read.
+    #[error("cannot read the world: {0}")]
+    Read(#[from] std::io::Error),
+    /// Not JSON, or not of the right form.
+    #[error(
+        "not a world file: {0}; expected {{\"walls\": [[x1,y1,x2,y2], ...], \"points\": [[x,y], ...]}} in metres"
+    )]
+    Format(#[from] serde_json::Error),
+    /// Nothing to see.
+    #[error("the world is empty; give it at least one wall or point")]
+    Empty,
+    /// More than can be looked through for every reading.
+    #[error(
+        "the world has {things} walls and points, more than {LARGEST}; leave out what no sonar can see"
+    )]
+    TooLarge {
+        /// How many.
+        things: usize,
+    },
+    /// A wall end or a point is infinite or not a number.
+    #[error("{kind} {index} has a coordinate that is not finite")]
+    NotFinite {
+        /// `wall` or `point`.
+        kind: &'static str,
+        /// Which, from 0.
+        index: usize,
+    },
+    /// A wall without a direction.
+    #[error(
+        "wall {index} is {length} m long; a wall needs at least {MIN_WALL_LENGTH} m, use a point for less"
+    )]
+    ShortWall {
+        /// Which, from 0.
+        index: usize,
+        /// Its length, metres.
+        length: f64,
+    },
+    /// Two points in one place could not be told apart.
+    #[error("points {first} and {second} are in the same place; remove one")]
+    SamePoint {
+        /// The earlier one, from 0.
+        first: usize,
+        /// The later one, from 0.
+        second: usize,
+    },
+}
 
 /// A straight wall between two ends, metres in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,11 +199,6 @@ impl World {
     pub fn from_json(text: &str) -> Result<Self, WorldError> {
         let file: WorldFile = serde_json::from_str(text)?;
         Self::try_from(file)
-    }
-
-    /// Reads a world file.
-    pub fn read(path: &Path) -> Result<Self, WorldError> {
-        Self::from_json(&std::fs::read_to_string(path)?)
     }
 
     /// The L-shaped room of the paper's Table I, 8 m by 5 m: six walls and their six corners.

@@ -2,46 +2,46 @@
 //!
 //! This room knows MCAP and message encodings and nothing of TMAM: everything downstream sees
 //! [`Log`](crate::core::log::Log). A new encoding is a decoder in [`decoder`], a new message type a function in
-//! [`messages`].
+//! [`types`].
 
+mod assemble;
 mod budget;
 pub mod channels;
 pub mod clock;
+mod clouds;
 pub mod container;
 mod custom;
 mod decoder;
-mod decoders;
+mod definition;
 mod description;
 mod error;
 pub mod fuzzing;
 mod gather;
-mod gathered;
+mod hits;
 mod json;
 pub mod leaps;
-mod messages;
-mod msg_schema;
+mod message;
+mod moving;
 mod notes;
-mod outliers;
+mod odometry;
+mod poses;
 mod protobuf;
+mod ranges;
 mod read;
 mod repeats;
-mod rings;
-mod ros1;
-mod ros2;
+mod ros;
 mod sonars;
 mod stamps;
-mod standard;
-mod strays;
 pub mod survey;
 mod transforms;
 pub mod truth;
+mod types;
 mod value;
 pub mod writer;
 
 pub use error::{LogError, MissingMount, UnplacedRing, itemised};
-pub use gathered::Gathered;
-pub use messages::Role;
+pub use message::Role;
 pub use notes::{NO_POSE, NO_RANGE};
-pub use read::{read, read_with_truth, read_with_truth_in};
+pub use read::{Gathered, read, read_with_truth, read_with_truth_in};
 pub use sonars::{TOO_WIDE, WIDEST_BEAM};
 pub use stamps::ClockSet;

@@ -103,6 +103,16 @@ impl Output {
     }
 }
 
+/// Writes a whole output.
+///
+/// # Errors
+/// When it cannot be written; there is no file then.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let mut out = Output::create(path)?;
+    out.write_all(bytes).map_err(|source| out.failed(source))?;
+    out.commit()
+}
+
 /// Prints to standard output, at once. A reader that has gone away is no reason to fail.
 ///
 /// # Errors

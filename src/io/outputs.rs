@@ -68,23 +68,11 @@ impl Requested {
     /// # Errors
     /// A file that is named twice or cannot be written.
     pub fn open(mut self, log: &Path) -> Result<Outputs, OutputsError> {
-        let named = [
-            &self.recording,
-            &self.features,
-            &self.trace,
-            &self.evaluation,
-        ];
-        if !self.live && named.iter().all(|output| output.is_none()) {
+        if !self.live && self.paths().iter().all(Option::is_none) {
             self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
             self.features = Some(named_after(log, ".features.json"));
         }
-        let named = [
-            &self.recording,
-            &self.features,
-            &self.trace,
-            &self.evaluation,
-        ];
-        refuse_collisions(&[log], &named.map(Option::as_deref))?;
+        refuse_collisions(&[log], &self.paths())?;
         let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
         Ok(Outputs {
             recording: create(self.recording)?,
@@ -92,6 +80,11 @@ impl Requested {
             trace: create(self.trace)?,
             evaluation: create(self.evaluation)?,
         })
+    }
+
+    fn paths(&self) -> [Option<&Path>; 4] {
+        let [recording, features] = [&self.recording, &self.features];
+        [recording, features, &self.trace, &self.evaluation].map(Option::as_deref)
     }
 }
 

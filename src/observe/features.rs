@@ -1,16 +1,17 @@
 //! `features.json`: what was extracted, and the map it made.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{self, Write};
 
 use serde::Serialize;
 
 use crate::core::config::Config;
 use crate::core::observer::{Setting, Source};
 use crate::core::replay::Outcome;
-use crate::core::rounding::{covariance, number, rounded};
+use crate::core::rounding::{covariance, rounded};
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Extraction, MapFeature, Point, Segment, Shape};
+use crate::core::tmam::feature::{Action, Kind, MapFeature, Shape};
+use crate::core::tmam::step::Extraction;
 use crate::core::tool::Tool;
 
 /// The format's name and version.
@@ -53,15 +54,12 @@ struct Feature<'a> {
     readings: Vec<u32>,
     #[serde(flatten)]
     shape: Option<ShapeFields>,
-    #[serde(serialize_with = "number")]
     residual_rms: f64,
     iterations: u32,
     converged: bool,
     outliers: Vec<u32>,
     opinion: &'static str,
-    #[serde(serialize_with = "number")]
     chi2_line: f64,
-    #[serde(serialize_with = "number")]
     chi2_point: f64,
     map_id: Option<u32>,
     action: &'static str,
@@ -109,32 +107,24 @@ enum ShapeFields {
 impl From<&Shape> for ShapeFields {
     fn from(shape: &Shape) -> Self {
         match shape {
-            Shape::Line(segment) => Self::line(segment),
-            Shape::Point(point) => Self::point(point),
-        }
-    }
-}
-
-impl ShapeFields {
-    fn line(segment: &Segment) -> Self {
-        Self::Line {
-            rho: rounded(segment.rho),
-            theta: rounded(segment.theta),
-            covariance: covariance(&segment.covariance),
-            mid: [rounded(segment.mid.x), rounded(segment.mid.y)],
-            half_length: rounded(segment.half_length),
-        }
-    }
-
-    fn point(point: &Point) -> Self {
-        let (rho, alpha) = point.polar();
-        Self::Point {
-            x: rounded(point.position.x),
-            y: rounded(point.position.y),
-            covariance: covariance(&point.covariance),
-            rho: rounded(rho),
-            alpha: rounded(alpha),
-            polar_covariance: point.polar_covariance().as_ref().map(covariance),
+            Shape::Line(line) => Self::Line {
+                rho: rounded(line.rho),
+                theta: rounded(line.theta),
+                covariance: covariance(&line.covariance),
+                mid: [rounded(line.mid.x), rounded(line.mid.y)],
+                half_length: rounded(line.half_length),
+            },
+            Shape::Point(point) => {
+                let (rho, alpha) = point.polar();
+                Self::Point {
+                    x: rounded(point.position.x),
+                    y: rounded(point.position.y),
+                    covariance: covariance(&point.covariance),
+                    rho: rounded(rho),
+                    alpha: rounded(alpha),
+                    polar_covariance: point.polar_covariance().as_ref().map(covariance),
+                }
+            }
         }
     }
 }
@@ -143,19 +133,13 @@ impl ShapeFields {
 ///
 /// # Errors
 /// When `out` cannot be written.
-pub fn write(
-    mut out: impl Write,
-    setting: &Setting<'_>,
-    outcome: &Outcome,
-) -> Result<(), std::io::Error> {
-    let map_of = |is_line: bool| {
-        outcome
-            .map
-            .iter()
-            .filter(|feature| matches!(feature.shape, Shape::Line(_)) == is_line)
-            .map(Registered::from)
-            .collect()
+pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> io::Result<()> {
+    let map_of = |kind: Kind| {
+        let features = outcome.map.iter();
+        let features = features.filter(|feature| feature.shape.kind() == kind);
+        features.map(Registered::from).collect()
     };
+    let extractions = outcome.extractions.iter();
     let file = File {
         schema: SCHEMA,
         tool: Tool::THIS,
@@ -175,14 +159,10 @@ pub fn write(
             surplus: outcome.tally.surplus,
             dropped: &outcome.tally.dropped,
         },
-        features: outcome
-            .extractions
-            .iter()
-            .map(|extraction| feature(extraction, setting))
-            .collect(),
+        features: extractions.map(|one| feature(one, setting)).collect(),
         map: Map {
-            lines: map_of(true),
-            points: map_of(false),
+            lines: map_of(Kind::Line),
+            points: map_of(Kind::Point),
         },
     };
     serde_json::to_writer_pretty(&mut out, &file)?;
@@ -220,13 +200,13 @@ fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> Feature<'a> {
         last_frame: frames.last().copied().unwrap_or_default(),
         readings: frames,
         shape: extraction.shape.as_ref().map(ShapeFields::from),
-        residual_rms: extraction.residual_rms,
+        residual_rms: rounded(extraction.residual_rms),
         iterations: extraction.iterations,
         converged: extraction.converged,
         outliers: extraction.outliers.iter().map(|arc| arc.frame).collect(),
         opinion: extraction.opinion.support.name(),
-        chi2_line: extraction.opinion.chi2_line,
-        chi2_point: extraction.opinion.chi2_point,
+        chi2_line: rounded(extraction.opinion.chi2_line),
+        chi2_point: rounded(extraction.opinion.chi2_point),
         map_id,
         action,
         reason,

@@ -1,32 +1,69 @@
-//! A progress bar on a terminal; nothing elsewhere.
+//! How far a replay or a sweep has come, on a terminal; nothing elsewhere.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{self, IsTerminal as _, Write as _};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
 use crate::core::tmam::step::Step;
 
-/// How far the replay has come in the log's own time.
+/// A line on standard error that is written over and over, and gone at the end.
+#[derive(Debug)]
+struct Line {
+    whole: u64,
+    is_shown: bool,
+    written: Option<Instant>,
+}
+
+impl Line {
+    fn new(whole: u64) -> Self {
+        Self {
+            whole,
+            is_shown: io::stderr().is_terminal(),
+            written: None,
+        }
+    }
+
+    fn tell(&mut self, done: u64, what: &str) {
+        const OFTEN_ENOUGH: Duration = Duration::from_millis(100);
+        const WIDTH: usize = 40;
+        let is_recent = |at: Instant| at.elapsed() < OFTEN_ENOUGH;
+        if !self.is_shown || self.written.is_some_and(is_recent) {
+            return;
+        }
+        self.written = Some(Instant::now());
+        let share = (done as f64 / self.whole.max(1) as f64).min(1.0);
+        let bar = "#".repeat((share * WIDTH as f64) as usize);
+        let percent = 100.0 * share;
+        let _ = write!(
+            io::stderr(),
+            "\r\x1b[2K[{bar:<WIDTH$}] {percent:>3.0} %  {what}"
+        );
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        if self.written.is_some() {
+            let _ = write!(io::stderr(), "\r\x1b[2K");
+        }
+    }
+}
+
+/// How far a replay has come in the log's own time.
 #[derive(Debug)]
 pub struct Progress {
-    bar: ProgressBar,
+    line: Line,
     start_ns: i64,
 }
 
 impl Progress {
-    /// A bar on standard error, drawn only where that is a terminal.
     pub fn new(setting: &Setting<'_>) -> Self {
         let source = setting.source;
         let span = source.end_ns.saturating_sub(source.start_ns);
-        let bar = ProgressBar::with_draw_target(
-            Some(u64::try_from(span).unwrap_or_default()),
-            ProgressDrawTarget::stderr(),
-        );
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}%  {msg}") {
-            bar.set_style(style);
-        }
         Self {
-            bar,
+            line: Line::new(u64::try_from(span).unwrap_or_default()),
             start_ns: source.start_ns,
         }
     }
@@ -35,44 +72,30 @@ impl Progress {
 impl Observer for Progress {
     fn frame(&mut self, frame: &Frame, _: &Step) -> Result<(), ObserverError> {
         let passed = frame.stamp_ns.saturating_sub(self.start_ns);
-        self.bar
-            .set_position(u64::try_from(passed).unwrap_or_default());
-        if frame.index.is_multiple_of(64) {
-            self.bar.set_message(format!("frame {}", frame.index));
-        }
+        let passed = u64::try_from(passed).unwrap_or_default();
+        self.line.tell(passed, &format!("frame {}", frame.index));
         Ok(())
     }
 
     fn finish(&mut self, _: &Step) -> Result<(), ObserverError> {
-        self.bar.finish_and_clear();
         Ok(())
     }
 }
 
 /// How many cells of a sweep are done, from any thread.
 #[derive(Debug)]
-pub struct CellProgress(ProgressBar);
+pub struct CellProgress(Mutex<(Line, u64)>);
 
 impl CellProgress {
-    /// A bar on standard error, drawn only where that is a terminal.
     pub fn new(cells: usize) -> Self {
-        let target = ProgressDrawTarget::stderr();
-        let bar = ProgressBar::with_draw_target(Some(cells as u64), target);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos} of {len} cells, {eta} left")
-        {
-            bar.set_style(style);
-        }
-        Self(bar)
+        Self(Mutex::new((Line::new(cells as u64), 0)))
     }
 
     /// One more is done.
     pub fn tick(&self) {
-        self.0.inc(1);
-    }
-}
-
-impl Drop for CellProgress {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
+        let mut held = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (line, done) = &mut *held;
+        *done += 1;
+        line.tell(*done, &format!("{done} of {} cells", line.whole));
     }
 }

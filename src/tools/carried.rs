@@ -6,7 +6,7 @@ use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::observe::carried::Carried;
 use crate::observe::features;
-use crate::tools::golden::{LogInfo, RangeNoise, labels, write_labels};
+use crate::tools::golden::{LabelsFile, LogInfo, RangeSigma, labels};
 
 /// What a recording of the replay carries: the features file, to the byte as `--features` writes it,
 /// and the label of every arc.
@@ -16,9 +16,13 @@ use crate::tools::golden::{LogInfo, RangeNoise, labels, write_labels};
 pub fn carried(setting: &Setting<'_>, outcome: &Outcome, log: &LogInfo) -> io::Result<Carried> {
     let mut features = Vec::new();
     features::write(&mut features, setting, outcome)?;
-    let noise = RangeNoise::of(outcome.variance_from, setting.config);
+    let labels = LabelsFile {
+        log: log.clone(),
+        noise: RangeSigma::of(outcome.variance_from, setting.config),
+        labels: labels(setting.sonars, outcome),
+    };
     Ok(Carried {
         features: String::from_utf8(features).map_err(io::Error::other)?,
-        labels: Some(write_labels(log, noise, &labels(setting.sonars, outcome))?),
+        labels: Some(labels.render()?),
     })
 }

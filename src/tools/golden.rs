@@ -15,44 +15,30 @@
 //!     .unwrap_or_else(|differs| panic!("{differs}"));
 //! ```
 
-mod coding;
 mod collect;
 mod compare;
 mod difference;
-mod digest;
-mod error;
 mod features_file;
 mod file;
 mod hold;
-mod label_table;
-mod labels;
 mod labels_file;
 mod layout;
-mod pairing;
-mod range_noise;
-mod replayed;
+mod report;
 mod results;
-mod rows;
-mod sonars;
-mod text;
 mod tolerance;
-mod unrecorded;
 
-pub use collect::{labels, results};
+pub use collect::{LogInfo, digest, labels, results};
 pub use compare::compare;
 pub use difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelChange, LabelRun, Set, SonarDifference,
-    State, StrayedArc, Value,
+    Change, Comparison, Difference, FeatureDifference, LabelRun, SECTIONS, State, StrayedArc, Unit,
 };
-pub use digest::digest;
-pub use error::GoldenError;
 pub use features_file::FeaturesFile;
-pub use file::{Golden, LogInfo, SCHEMA, Tool, as_recorded};
-pub use hold::{HoldError, Outcome, UPDATE, hold, is_set};
-pub use labels_file::{LabelsFile, read_labels, write_labels};
-pub use range_noise::RangeNoise;
-pub use replayed::{Replayed, replay};
-pub use results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, Results};
-pub use text::{counts, describe, in_frames};
+pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};
+pub use hold::{Held, HoldError, UPDATE, hold, is_set};
+pub use labels_file::LabelsFile;
+pub use report::{SHOWN, Section, describe, differences_in_json, sections};
+pub use results::{
+    Feature, Geometry, LabelledArc, Labels, LineSegment, Margin, Mark, Measured, RangeSigma,
+    Results,
+};
 pub use tolerance::{Tolerance, ToleranceError};
-pub use unrecorded::unrecorded;

@@ -383,3 +383,55 @@ fn standard_types_need_no_definition() {
     };
     assert_eq!(labels("a"), labels("b"));
 }
+
+#[test]
+fn one_odd_message_costs_itself_alone() {
+    // A scan of a lidar amid those of a ring, and a pose that is none.
+    let mut messages = drive(ring);
+    let scan = json!({"timestamp": stamp(2_000_000_001), "frame_id": "ring", "start_angle": -1.5,
+        "end_angle": 1.5, "ranges": vec![2.0; 1000]});
+    let pose = json!({"timestamp": stamp(2_000_000_001), "frame_id": "odom", "pose": {
+        "position": {"x": "NaN", "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}});
+    messages.push(("/ranges", SCAN, 2_000_000_001, bytes(scan)));
+    messages.push(("/pose", POSE, 2_000_000_001, bytes(pose)));
+    let bench = Bench::new();
+    let path = bench.put("log.mcap", log(&messages));
+    let run = bench.tmam(&path, "replay {} --features f");
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    for said in [
+        "1 of 61 messages on /ranges: a message of it holds 1000 ranges",
+        "1 odometry message on /pose without a pose",
+    ] {
+        assert!(run.stderr.contains(said), "no {said}: {}", run.stderr);
+    }
+    assert_eq!(bench.json("f")["counts"]["readings"], 180);
+}
+
+#[test]
+fn a_name_is_one_short_line_wherever_it_is_shown() {
+    let named = |name: &str| {
+        let name = name.to_owned();
+        let mut messages = drive(move |time| {
+            let mut scan = json!({"timestamp": stamp(time), "start_angle": 1.5, "end_angle": 1.6,
+                "ranges": [1.5]});
+            scan["frame_id"] = name.clone().into();
+            (SCAN, bytes(scan))
+        });
+        messages.retain(|(topic, ..)| *topic != "/tf_static");
+        log(&messages)
+    };
+    let bench = Bench::new();
+    bench.put("tmam.toml", "[input]\nrobot_frame = 'base'\n");
+    let path = bench.put("evil.mcap", named("base\n::error::x\u{1b}[2J\u{202e}"));
+    let path_of_long = bench.put("long.mcap", named(&"x".repeat(1_000_000)));
+    for path in [&path, &path_of_long] {
+        let run = bench.tmam(path, "replay {} --config tmam.toml");
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        let shown = run.stderr;
+        assert!(
+            !shown.contains(['\u{1b}', '\u{202e}']) && shown.len() < 4000,
+            "{shown}"
+        );
+        assert!(!shown.contains("\n::error"), "{shown}");
+    }
+}

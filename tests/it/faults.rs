@@ -5,6 +5,7 @@ mod corpus;
 mod crafted;
 mod damage;
 mod exit_codes;
+mod hostile;
 mod index;
 mod injection;
 mod pristine;

@@ -370,7 +370,6 @@ fn none(what: &str, found: &[String]) {
 }
 
 #[test]
-#[ignore = "while the last imports are mended"]
 fn imports_go_down_only() {
     let seen = HOUSE.arrows().len();
     assert!(seen > 300, "only {seen} imports seen");
@@ -414,7 +413,6 @@ fn other_crates_stay_in_their_rooms() {
 }
 
 #[test]
-#[ignore = "while the last imports are mended"]
 fn the_core_knows_no_files_clocks_or_threads() {
     let impure = |written: &str| {
         let places = [

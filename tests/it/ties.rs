@@ -11,8 +11,9 @@ use tmam_replay::core::geometry::{Pose2, angle_between};
 use tmam_replay::core::log::Log;
 use tmam_replay::core::replay::{Outcome, Replay};
 use tmam_replay::core::tmam::arc::ArcId;
-use tmam_replay::core::tmam::feature::{Extraction, Shape};
+use tmam_replay::core::tmam::feature::Shape;
 use tmam_replay::core::tmam::label::Label;
+use tmam_replay::core::tmam::step::Extraction;
 use tmam_replay::io::log;
 
 use super::support::{sample, shared};

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::core::frames::{Frame, Tally};
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
-use crate::core::tmam::feature::{Action, Extraction, MapFeature};
+use crate::core::tmam::feature::{Action, MapFeature};
 use crate::core::tmam::prediction::MapPrediction;
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::step::Step;
+use crate::core::tmam::step::{Extraction, Step};
 
 /// What a replay came to.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,9 +1,9 @@
 //! Features: line segments and points with covariance.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::{Matrix2, Vector2};
 
-use super::arc::ArcId;
-use super::hypothesis::HypothesisTest;
 pub use super::label::Kind;
 use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
 
@@ -68,37 +68,6 @@ pub enum Action {
     Rejected(Rejection),
 }
 
-/// One closed run of equally labelled arcs, and what it gave.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Extraction {
-    /// Counts from 0 in the order of extraction.
-    pub id: u32,
-    /// What the run's label says.
-    pub kind: Kind,
-    /// The run: its labelled arcs, in order.
-    pub labelled: Vec<ArcId>,
-    /// The associated arcs: the run and its neighbour on either side.
-    pub associated: Vec<ArcId>,
-    /// The estimate; `None` where there was none to speak of.
-    pub shape: Option<Shape>,
-    /// Root mean square of range minus prediction, metres; 0 without an estimate.
-    pub residual_rms: f64,
-    /// Iterations of (10) that were made.
-    pub iterations: u32,
-    /// Whether the stopping rule was met.
-    pub converged: bool,
-    /// What all its readings together support, but for those that the fit left out.
-    pub opinion: HypothesisTest,
-    /// Associated arcs that the fit left out.
-    pub outliers: Vec<ArcId>,
-    /// What became of it.
-    pub action: Action,
-    /// The map feature after this extraction; `None` where it was rejected.
-    pub map_feature: Option<MapFeature>,
-    /// Map features that turned out to be the same as this one, and are gone.
-    pub absorbed: Vec<u32>,
-}
-
 /// A registered feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFeature {
@@ -155,6 +124,21 @@ impl Segment {
         (local, covariance)
     }
 
+    /// The line that is seen from `origin` at (distance, theta), without an extent.
+    pub fn of_line_about(origin: Vec2, local: Vector2<f64>, covariance: Matrix2<f64>) -> Self {
+        let normal = unit(local.y);
+        let along = Vec2::new(-normal.y, normal.x);
+        // Turning the line about the origin moves its foot in the world.
+        let world_from_local = Matrix2::new(1.0, origin.dot(&along), 0.0, 1.0);
+        Self {
+            rho: local.x + origin.dot(&normal),
+            theta: local.y,
+            covariance: world_from_local * covariance * world_from_local.transpose(), // (23)
+            mid: origin + normal * local.x,
+            half_length: 0.0,
+        }
+    }
+
     /// The same segment with the line that is seen from `origin` at (distance, theta).
     pub fn with_line_about(
         self,
@@ -162,20 +146,46 @@ impl Segment {
         local: Vector2<f64>,
         covariance: Matrix2<f64>,
     ) -> Self {
-        let normal = unit(local.y);
-        let along = Vec2::new(-normal.y, normal.x);
-        let world_from_local = Matrix2::new(1.0, origin.dot(&along), 0.0, 1.0);
         Self {
-            rho: local.x + origin.dot(&normal),
-            theta: local.y,
-            covariance: world_from_local * covariance * world_from_local.transpose(),
+            mid: self.mid,
+            half_length: self.half_length,
+            ..Self::of_line_about(origin, local, covariance)
+        }
+    }
+
+    /// The direction of its line: its normal turned to the left.
+    pub fn along(&self) -> Vec2 {
+        unit(self.theta + FRAC_PI_2)
+    }
+
+    /// Where it begins and ends along its line, metres.
+    pub fn extent(&self) -> [f64; 2] {
+        let middle = self.mid.dot(&self.along());
+        [middle - self.half_length, middle + self.half_length]
+    }
+
+    /// The same line from `low` to `high` along it.
+    pub fn with_extent(self, [low, high]: [f64; 2]) -> Self {
+        Self {
+            mid: unit(self.theta) * self.rho + self.along() * ((low + high) / 2.0),
+            half_length: (high - low) / 2.0,
             ..self
         }
     }
 
+    /// The same line from the first to the last of some places, projected on it.
+    pub fn reaching_over(self, places: impl IntoIterator<Item = Vec2>) -> Self {
+        let along = self.along();
+        let ways = places.into_iter().map(|place| place.dot(&along));
+        let extent = ways.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], way| {
+            [low.min(way), high.max(way)]
+        });
+        self.with_extent(extent)
+    }
+
     /// The two ends.
     pub fn ends(&self) -> [Vec2; 2] {
-        let along = unit(self.theta + std::f64::consts::FRAC_PI_2) * self.half_length;
+        let along = self.along() * self.half_length;
         [self.mid - along, self.mid + along]
     }
 
@@ -197,7 +207,7 @@ impl Segment {
         let [c12, c21] = [-self.covariance.m12, -self.covariance.m21];
         Self {
             rho: -self.rho,
-            theta: wrap_angle(self.theta + std::f64::consts::PI),
+            theta: wrap_angle(self.theta + PI),
             covariance: Matrix2::new(self.covariance.m11, c12, c21, self.covariance.m22),
             ..self
         }

@@ -1,47 +1,27 @@
-//! Iterated least squares, (10) to (12): the loop that lines and points share.
+//! Features fitted to runs of readings, and known ones fitted anew.
+//!
+//! Odometry drifts: along a wall of ten metres its line bends, and no single line fits the readings
+//! any more, although every few metres of them do. So a run that does not fit as a whole is fitted in
+//! parts that do.
 
-mod consistency;
-mod line;
-mod parts;
-mod point;
-mod refit;
-mod start;
+mod estimate;
+mod model;
 
-pub use line::fit_line;
-pub use parts::{fit_in_parts, fit_run};
-pub use point::fit_point;
-pub use refit::refit;
+pub use estimate::FitOptions;
 
-use nalgebra::{Matrix2, RowVector2, Vector2};
-
-use self::start::Start;
+use self::estimate::{estimate, fit_to_the_end};
+use self::model::{CartesianPoint, LineFromEitherSide, LocalLine, Model};
 use super::arc::{Arc, ArcId};
-use super::feature::{Rejection, Shape};
-use super::hypothesis::Gate;
-use super::pair::Points;
+use super::feature::{Kind, Rejection, Shape};
+use super::gauss_newton::chi2;
+use super::run::Run;
+use crate::core::ties;
 
-/// Iterations after which (10) ends without having met the paper's stopping rule.
-pub const MAX_ITERATIONS: u32 = 10;
+/// Readings that a part has at least.
+const SHORTEST_PART: usize = 8;
 
-/// The same where fits are iterated to their end.
-const MAX_ITERATIONS_TO_THE_END: u32 = 50;
-
-/// A step that is smaller than this, relative to the parameters, is the end.
-const RELATIVE_STEP: f64 = 1e-9;
-
-/// What is asked of a fit beyond the paper.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct FitOptions {
-    /// It is iterated to its end, not until a step is below a centimetre.
-    pub converge: bool,
-    /// All readings must fit within this gate, but for a few outliers.
-    pub misfits: Option<Gate>,
-    /// The mirror image at the robot's path must be worse by this much in chi2.
-    pub mirrored: Option<f64>,
-}
-
-/// A determinant below this fraction of the squared trace leaves a direction undetermined.
-const SINGULAR: f64 = 1e-12;
+/// Places at which a break is tried, at most.
+const MOST_BREAKS: usize = 64;
 
 /// The end of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,163 +40,127 @@ pub struct Fit {
     pub outliers: Vec<ArcId>,
 }
 
-impl Fit {
-    fn failed(rejection: Rejection, iterations: u32) -> Self {
-        Self {
+/// Fits a line to the arcs of a run; estimate and covariance in the world.
+pub fn fit_line(arcs: &[Arc], options: &FitOptions) -> Fit {
+    fit(LocalLine::new, arcs, options)
+}
+
+/// Fits a point to the arcs of a run; estimate and covariance in the world.
+pub fn fit_point(arcs: &[Arc], options: &FitOptions) -> Fit {
+    fit(|_| CartesianPoint, arcs, options)
+}
+
+fn fit<M: Model>(model: impl Fn(&Arc) -> M, arcs: &[Arc], options: &FitOptions) -> Fit {
+    let model = arcs.first().map(model);
+    let failed = (Rejection::NoStart, 0);
+    let found = (model.as_ref().ok_or(failed))
+        .and_then(|model| Ok((model, estimate(model, arcs, options)?)));
+    match found {
+        Ok((model, estimate)) => {
+            let used = |arc: &&Arc| !estimate.outliers.contains(&arc.id);
+            let used: Vec<Arc> = arcs.iter().filter(used).copied().collect();
+            Fit {
+                shape: Some(model.shape(&estimate, &used)),
+                residual_rms: estimate.residual_rms,
+                iterations: estimate.iterations,
+                converged: estimate.converged,
+                rejection: estimate.rejection,
+                outliers: estimate.outliers,
+            }
+        }
+        Err((rejection, iterations)) => Fit {
             shape: None,
             residual_rms: 0.0,
             iterations,
             converged: false,
             rejection: Some(rejection),
             outliers: Vec::new(),
-        }
+        },
     }
 }
 
-/// An observation model `r = h(P) + w` with two parameters.
-trait Observation {
-    /// Predicted range of one arc and its derivative by the parameters; `None` where the model has
-    /// no derivative.
-    fn predict(&self, parameters: Vector2<f64>, arc: &Arc) -> Option<(f64, RowVector2<f64>)>;
-
-    /// Norm of a step with lengths in centimetres and angles in radians, as the paper adds them.
-    fn step_norm(step: Vector2<f64>) -> f64;
-}
-
-/// An observation model for the readings of a run, with what it takes to find a start and to see
-/// whether the estimate makes sense.
-trait Model: Observation {
-    /// The parameters that the points of a pair of arcs suggest, one for each side in the beams.
-    fn starts(&self, points: &Points) -> [Option<Start>; 2];
-
-    /// The mirror image at the line through two sensor centres.
-    fn mirrored(&self, parameters: Vector2<f64>, first: &Arc, last: &Arc) -> Vector2<f64>;
-
-    /// Whether the beam of an arc holds the feature, with `slack` radians on either side.
-    fn in_beam(&self, parameters: Vector2<f64>, arc: &Arc, slack: f64) -> bool;
-
-    /// Variance of the bearing at which the first arc sees the feature.
-    fn bearing_variance(&self, estimate: &Estimate, first: &Arc) -> f64;
-}
-
-/// The estimate of (10) with its mean square error (12).
-struct Estimate {
-    parameters: Vector2<f64>,
-    covariance: Matrix2<f64>,
-    residual_rms: f64,
-    iterations: u32,
-    converged: bool,
-    rejection: Option<Rejection>,
-    outliers: Vec<ArcId>,
-}
-
-impl Estimate {
-    fn fit(self, shape: Shape) -> Fit {
-        Fit {
-            shape: Some(shape),
-            residual_rms: self.residual_rms,
-            iterations: self.iterations,
-            converged: self.converged,
-            rejection: self.rejection,
-            outliers: self.outliers,
-        }
+/// Fits a feature to the whole of a run.
+pub fn fit_run(run: &Run, options: &FitOptions) -> Fit {
+    match run.kind {
+        Kind::Line => fit_line(&run.associated, options),
+        Kind::Point => fit_point(&run.associated, options),
     }
 }
 
-/// Sum over the arcs of squared residuals, each divided by its variance; infinite where the model
-/// cannot predict.
-fn weighted_square_sum(model: &impl Observation, parameters: Vector2<f64>, arcs: &[Arc]) -> f64 {
-    arcs.iter()
-        .map(|arc| match model.predict(parameters, arc) {
-            Some((h, _)) => (arc.range - h) * (arc.range - h) / arc.variance,
-            None => f64::INFINITY,
-        })
-        .sum()
-}
-
-/// `J^T R^-1 J` and `J^T R^-1 (r - h)` at the given parameters, with `R = diag(sigma_i^2)`.
-fn normal_equations(
-    model: &impl Observation,
-    parameters: Vector2<f64>,
-    arcs: &[Arc],
-) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-    let mut information = Matrix2::zeros();
-    let mut gradient = Vector2::zeros();
-    for arc in arcs {
-        let (h, jacobian) = model.predict(parameters, arc)?;
-        information += jacobian.transpose() * jacobian / arc.variance;
-        gradient += jacobian.transpose() * ((arc.range - h) / arc.variance);
-    }
-    Some((information, gradient))
-}
-
-/// The inverse of an information matrix that determines both parameters.
-fn invert(information: Matrix2<f64>) -> Option<Matrix2<f64>> {
-    let (determinant, trace) = (information.determinant(), information.trace());
-    let determined = trace.is_finite() && determinant > SINGULAR * trace * trace;
-    determined.then(|| information.try_inverse()).flatten()
-}
-
-/// Iterates (10) until the stopping rule holds: the paper's, or that of a fit to its end.
-fn iterate(
-    model: &impl Observation,
-    arcs: &[Arc],
-    start: Vector2<f64>,
-    to_the_end: bool,
-) -> Result<Estimate, Fit> {
-    let mut parameters = start;
-    let cost_at_start = weighted_square_sum(model, parameters, arcs);
-    let longest = if to_the_end {
-        MAX_ITERATIONS_TO_THE_END
-    } else {
-        MAX_ITERATIONS
+/// Fits a feature to a run; where the readings of a wall do not all fit, to its parts, as long as
+/// any of them fits. Parts without a labelled arc are dropped.
+pub fn fit_in_parts(run: Run, options: &FitOptions) -> Vec<(Run, Fit)> {
+    let whole = fit_run(&run, options);
+    let breaks = run.kind == Kind::Line && whole.rejection == Some(Rejection::Misfit);
+    let Some(at) = best_break(&run.associated).filter(|_| breaks) else {
+        return vec![(run, whole)];
     };
-    let mut iterations = 0;
-    let mut converged = false;
-    while !converged && iterations < longest {
-        let step = normal_equations(model, parameters, arcs)
-            .and_then(|(information, gradient)| Some(invert(information)? * gradient))
-            .ok_or_else(|| Fit::failed(Rejection::Singular, iterations))?;
-        parameters += step; // (10)
-        iterations += 1;
-        if !parameters.iter().all(|p| p.is_finite()) {
-            return Err(Fit::failed(Rejection::Diverged, iterations));
+    let (before, after) = run.broken_at(at);
+    let parts: Vec<(Run, Fit)> = [before, after]
+        .into_iter()
+        .filter(|part| !part.labelled.is_empty())
+        .flat_map(|part| fit_in_parts(part, options))
+        .collect();
+    if parts.iter().any(|(_, fit)| fit.rejection.is_none()) {
+        parts
+    } else {
+        vec![(run, whole)]
+    }
+}
+
+/// The first reading of the second of two parts that together fit best.
+fn best_break(arcs: &[Arc]) -> Option<usize> {
+    let last = arcs.len().checked_sub(SHORTEST_PART)?;
+    let stride = arcs.len().div_ceil(MOST_BREAKS).max(1);
+    let breaks = (SHORTEST_PART..=last).step_by(stride).filter_map(|at| {
+        let (before, after) = arcs.split_at_checked(at)?;
+        Some((chi2_of_line(before)? + chi2_of_line(after)?, at))
+    });
+    ties::first_least(breaks, ties::of_chi2).map(|(_, at)| at)
+}
+
+/// What is left of the readings after a line was fitted to all of them.
+fn chi2_of_line(arcs: &[Arc]) -> Option<f64> {
+    let to_the_end = FitOptions {
+        converge: true,
+        ..FitOptions::default()
+    };
+    let line = fit_line(arcs, &to_the_end).shape?;
+    Some(
+        arcs.iter()
+            .map(|arc| (arc.range - line.distance(arc.center()), arc.variance))
+            .map(|(residual, variance)| residual * residual / variance)
+            .sum(),
+    )
+}
+
+/// A feature after it was fitted anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refit {
+    /// Where it is now; a line reaches from the first to the last place that a reading came from.
+    pub shape: Shape,
+    /// Squared residuals, each divided by its variance.
+    pub chi2: f64,
+}
+
+/// Fits a feature to readings of any sonars, starting from where it is; `None` where they do not
+/// determine it.
+pub fn refit(shape: &Shape, arcs: &[Arc]) -> Option<Refit> {
+    let (shape, chi2) = match shape {
+        Shape::Line(segment) => {
+            let model = LineFromEitherSide::of(segment);
+            let start = segment.about(segment.mid).0;
+            let found = fit_to_the_end(&model, arcs, start).ok()?;
+            let misfit = chi2(&model, found.parameters, arcs);
+            (model.shape(&found, arcs), misfit)
         }
-        converged = if to_the_end {
-            step.norm() < RELATIVE_STEP * (1.0 + parameters.norm())
-        } else {
-            norm_below_one(model, step)
-        };
-    }
-    let cost = weighted_square_sum(model, parameters, arcs);
-    if !converged && (cost.is_nan() || cost > cost_at_start) {
-        return Err(Fit::failed(Rejection::Diverged, iterations));
-    }
-    let covariance = normal_equations(model, parameters, arcs)
-        .and_then(|(information, _)| invert(information)) // (12)
-        .ok_or_else(|| Fit::failed(Rejection::Singular, iterations))?;
-    Ok(Estimate {
-        parameters,
-        covariance,
-        residual_rms: residual_rms(model, parameters, arcs),
-        iterations,
-        converged,
-        rejection: None,
-        outliers: Vec::new(),
-    })
-}
-
-fn norm_below_one<M: Observation>(_: &M, step: Vector2<f64>) -> bool {
-    M::step_norm(step) < 1.0
-}
-
-fn residual_rms(model: &impl Observation, parameters: Vector2<f64>, arcs: &[Arc]) -> f64 {
-    let squares = arcs
-        .iter()
-        .filter_map(|arc| model.predict(parameters, arc).map(|(h, _)| arc.range - h))
-        .map(|residual| residual * residual)
-        .sum::<f64>();
-    (squares / arcs.len().max(1) as f64).sqrt()
+        Shape::Point(point) => {
+            let found = fit_to_the_end(&CartesianPoint, arcs, point.position).ok()?;
+            let misfit = chi2(&CartesianPoint, found.parameters, arcs);
+            (CartesianPoint.shape(&found, arcs), misfit)
+        }
+    };
+    Some(Refit { shape, chi2 })
 }
 
 #[cfg(test)]
@@ -258,3 +202,6 @@ pub(crate) mod testing {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,10 @@
 //! What an arc belongs to, or why that cannot be told.
 
+use serde::{Deserialize, Serialize};
+
 /// Line or point, where the shape itself may be unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A line segment.
     Line,

@@ -1,21 +1,19 @@
-//! Fusion of extracted features with the registered ones.
+//! The map: extracted features are fused with registered ones, and at the end of the log all of them
+//! are looked at again.
 
 mod corners;
 mod ends;
-mod explained;
-mod gather;
-mod information;
-mod paper;
-mod settle;
+mod fusion;
+mod refine;
 
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
 
 use super::arc::Arc;
-use super::feature::{Action, MapFeature, Segment, Shape, Status};
+use super::feature::{Action, MapFeature, Shape, Status};
 use crate::core::config::{Config, Map as Bounds, NoiseAwareOptions};
-use crate::core::geometry::{angle_between, unit};
 use crate::core::ties;
+use fusion::alike;
+pub use fusion::duplicates;
 
 /// The registered features.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,18 +132,18 @@ impl Map {
     /// How far a feature is from a registered one; `None` beyond the gates.
     fn distance(&self, shape: &Shape, known: &MapFeature) -> Option<f64> {
         if self.departures.fuse_by_information {
-            information::distance(shape, &known.shape, self.bounds.max_wall_gap)
+            fusion::mahalanobis_distance(shape, &known.shape, self.bounds.max_wall_gap)
                 .filter(|distance| *distance < self.bounds.gate)
         } else {
-            paper::deviation(shape, known, self.bounds.match_distance)
+            fusion::deviation(shape, known, self.bounds.match_distance)
         }
     }
 
     fn fuse(&self, known: &MapFeature, shape: &Shape, readings: u32) -> Shape {
         if self.departures.fuse_by_information {
-            information::fuse(&known.shape, shape)
+            fusion::fuse_by_information(&known.shape, shape)
         } else {
-            paper::fuse(known, shape, readings)
+            fusion::fuse_by_readings(known, shape, readings)
         }
     }
 
@@ -160,69 +158,74 @@ impl Map {
     }
 }
 
-/// How many features of a map look like another one: lines that overlap within 5 cm and 5 degrees,
-/// points within `match_distance`. The gates of (24) and (25), a standard deviation wide, leave
-/// such duplicates.
-pub fn duplicates(features: &[MapFeature], match_distance: f64) -> usize {
-    features
-        .iter()
-        .enumerate()
-        .filter(|(place, feature)| {
-            features
-                .iter()
-                .take(*place)
-                .any(|other| alike(other, feature, match_distance))
-        })
-        .count()
-}
-
-fn alike(a: &MapFeature, b: &MapFeature, match_distance: f64) -> bool {
-    match (&a.shape, &b.shape) {
-        (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
-        (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
-        _ => false,
+impl Map {
+    /// Doubts what one run alone gave, fits features anew to all readings, joins corners, and ends
+    /// walls at them, as far as the rule says so. Returns what changed, in order; the last one of an id
+    /// is what it is now.
+    pub fn settle(&mut self, arcs: &[Arc]) -> Vec<MapFeature> {
+        let mut settled = self.put(self.doubtful());
+        settled.extend(self.end_walls());
+        if self.departures.gather {
+            let ending = self.departures.end_at_corners;
+            settled.extend(self.put(refine::refine(&self.features, arcs, &self.bounds, ending)));
+            settled.extend(self.end_walls());
+        }
+        if self.departures.join_corners {
+            settled.extend(self.put(corners::join(&self.features)));
+            settled.extend(self.end_walls());
+        }
+        settled
     }
-}
 
-fn coincide(a: &Segment, b: &Segment) -> bool {
-    let offset = unit(a.theta).dot(&b.mid) - a.rho;
-    let way = unit(a.theta + FRAC_PI_2).dot(&(b.mid - a.mid)).abs();
-    let tilt = angle_between(a.theta, signed_like(b, a).theta);
-    offset.abs() < 0.05 && tilt < 5_f64.to_radians() && way < a.half_length + b.half_length
-}
-
-/// The segment under the sign of (rho, theta) that is nearer to the other's.
-fn signed_like(segment: &Segment, other: &Segment) -> Segment {
-    if angle_between(segment.theta, other.theta) > FRAC_PI_2 {
-        segment.flipped()
-    } else {
-        *segment
+    /// A feature of a single run stays tentative if another one with more support looks like it or
+    /// explains all its readings.
+    fn doubtful(&self) -> Vec<MapFeature> {
+        let doubtful = |lone: &MapFeature, arcs: &[Arc]| {
+            let stronger = |f: &&MapFeature| {
+                f.status == Status::Confirmed && f.runs > 1 && f.readings > lone.readings
+            };
+            self.features.iter().filter(stronger).any(|other| {
+                alike(other, lone, self.bounds.match_distance)
+                    || refine::explains(&other.shape, arcs)
+            })
+        };
+        let features = self.features.iter();
+        features
+            .filter(|f| f.status == Status::Confirmed)
+            .filter(|f| self.lone.get(&f.id).is_some_and(|arcs| doubtful(f, arcs)))
+            .map(|feature| MapFeature {
+                status: Status::Tentative,
+                ..*feature
+            })
+            .collect()
     }
-}
 
-/// The segment with the extent of the given ones, projected on its line.
-fn spanning(line: Segment, segments: &[Segment]) -> Segment {
-    let along = unit(line.theta + FRAC_PI_2);
-    let (low, high) = segments
-        .iter()
-        .flat_map(Segment::ends)
-        .map(|end| end.dot(&along))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), way| {
-            (low.min(way), high.max(way))
-        });
-    Segment {
-        mid: unit(line.theta) * line.rho + along * ((low + high) / 2.0),
-        half_length: (high - low) / 2.0,
-        ..line
+    /// Registers features anew under the ids that they have.
+    fn put(&mut self, changed: Vec<MapFeature>) -> Vec<MapFeature> {
+        for changed in &changed {
+            if let Some(feature) = self.features.iter_mut().find(|f| f.id == changed.id) {
+                *feature = *changed;
+            }
+        }
+        changed
     }
-}
 
-/// By how much two segments overlap along the first one's line, metres; negative where there is a
-/// gap between them.
-fn overlap(a: &Segment, b: &Segment) -> f64 {
-    let along = unit(a.theta + FRAC_PI_2);
-    let way = along.dot(&(b.mid - a.mid)).abs();
-    a.half_length + b.half_length - way
+    /// Ends walls at the confirmed points on them.
+    fn end_walls(&mut self) -> Vec<MapFeature> {
+        if !self.departures.end_at_corners {
+            return Vec::new();
+        }
+        let points = refine::confirmed_points(&self.features);
+        let mut changed = Vec::new();
+        for feature in &mut self.features {
+            let cut = ends::cut(feature.shape, &points);
+            if cut != feature.shape {
+                feature.shape = cut;
+                changed.push(*feature);
+            }
+        }
+        changed
+    }
 }
 
 #[cfg(test)]

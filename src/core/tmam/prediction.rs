@@ -11,13 +11,9 @@ pub use wall::Reach;
 use super::arc::Arc;
 use super::feature::{Kind, MapFeature, Point, Shape, Status};
 use super::hypothesis::Support;
-use crate::core::geometry::{Vec2, direction};
+use super::residual::RangeResidual;
 use crate::core::ties;
-use wall::{Place, Wall};
-
-/// Standard deviations within which a feature explains a reading, and within which a place counts
-/// as the end of a wall.
-const SIGMAS: f64 = 3.0;
+use wall::{Place, SIGMAS, Wall};
 
 /// The confirmed features of a map.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,22 +29,6 @@ pub struct Prediction {
     pub support: Support,
     /// The feature that does.
     pub feature: Option<u32>,
-}
-
-/// How far a reading is from what a feature should have given.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fit {
-    /// Range beyond the feature, metres.
-    pub misfit: f64,
-    /// Its variance, square metres: the reading's and the feature's.
-    pub variance: f64,
-}
-
-impl Fit {
-    /// The misfit in standard deviations, squared.
-    pub fn chi2(&self) -> f64 {
-        self.misfit * self.misfit / self.variance
-    }
 }
 
 impl MapPrediction {
@@ -76,20 +56,16 @@ impl MapPrediction {
     }
 
     /// How well the map fits an arc: by the feature that fits best of those that explain it.
-    pub fn fit(&self, arc: &Arc) -> Option<Fit> {
+    pub fn residual(&self, arc: &Arc) -> Option<RangeResidual> {
         if self.predict(arc).support == Support::Neither {
             return None;
         }
-        let walls = self.walls.iter().filter_map(|wall| {
-            wall.explains(arc)?;
-            Some(wall.fit(arc).0)
-        });
-        let points = self.points.iter().filter_map(|(_, point)| {
-            misfit_of_point(point, arc)?;
-            Some(fit_of_point(point, arc))
-        });
-        let fits = walls.chain(points).map(|fit| (fit.chi2(), fit));
-        ties::first_least(fits, ties::of_chi2).map(|(_, fit)| fit)
+        let walls = self.walls.iter();
+        let walls = walls.filter_map(|wall| Some(wall.explains(arc)?.1));
+        let points = self.points.iter();
+        let points = points.filter_map(|(_, point)| explained_by(point, arc));
+        let residuals = walls.chain(points).map(|r| (r.chi2(), r));
+        ties::first_least(residuals, ties::of_chi2).map(|(_, residual)| residual)
     }
 
     /// What the map says of an arc.
@@ -97,12 +73,12 @@ impl MapPrediction {
         let walls: Vec<(&Wall, Place)> = self
             .walls
             .iter()
-            .filter_map(|wall| Some((wall, wall.explains(arc)?)))
+            .filter_map(|wall| Some((wall, wall.explains(arc)?.0)))
             .collect();
         let point = self
             .points
             .iter()
-            .filter_map(|(id, point)| Some((misfit_of_point(point, arc)?, *id)));
+            .filter_map(|(id, point)| Some((explained_by(point, arc)?.chi2(), *id)));
         let point = ties::first_least(point, ties::of_chi2);
         let on = walls.iter().find(|(_, place)| *place == Place::On);
         let near_end = walls.iter().any(|(_, place)| *place == Place::AtEnd);
@@ -125,23 +101,23 @@ impl MapPrediction {
 impl MapPrediction {
     /// Which features explain a reading, by their ids: every wall, and every point unless a wall
     /// should have echoed first.
-    pub fn claims(&self, arc: &Arc) -> Association {
-        let mut claims = Association::default();
+    pub fn associate(&self, arc: &Arc) -> Association {
+        let mut found = Association::default();
         for wall in &self.walls {
-            if let Some(place) = wall.explains(arc) {
-                claims.any.push(wall.id);
+            if let Some((place, _)) = wall.explains(arc) {
+                found.any.push(wall.id);
                 match place {
-                    Place::On => claims.on_wall = true,
-                    Place::AtEnd => claims.near_end = true,
+                    Place::On => found.on_wall = true,
+                    Place::AtEnd => found.near_end = true,
                 }
             }
         }
-        if !claims.on_wall {
+        if !found.on_wall {
             let points = self.points.iter();
-            let explaining = points.filter(|(_, point)| misfit_of_point(point, arc).is_some());
-            claims.any.extend(explaining.map(|(id, _)| *id));
+            let explaining = points.filter(|(_, point)| explained_by(point, arc).is_some());
+            found.any.extend(explaining.map(|(id, _)| *id));
         }
-        claims
+        found
     }
 }
 
@@ -181,24 +157,8 @@ pub struct Association {
     near_end: bool,
 }
 
-/// Squared misfit of a point in standard deviations, where it explains the reading.
-fn misfit_of_point(point: &Point, arc: &Arc) -> Option<f64> {
-    let towards: Vec2 = point.position - arc.center();
-    if towards.norm() < ties::LENGTH {
-        return None;
-    }
-    let misfit = fit_of_point(point, arc).chi2();
-    let held = arc.beam_nearly_holds(direction(towards), ties::ANGLE);
-    (misfit < SIGMAS * SIGMAS && held).then_some(misfit)
-}
-
-/// How far the reading is from a point; the sensor must not stand on it.
-fn fit_of_point(point: &Point, arc: &Arc) -> Fit {
-    let towards: Vec2 = point.position - arc.center();
-    let range = towards.norm();
-    let ray = towards / range;
-    Fit {
-        misfit: arc.range - range,
-        variance: arc.variance + ray.dot(&(point.covariance * ray)).max(0.0),
-    }
+/// How far the reading is from a point, where that explains it.
+fn explained_by(point: &Point, arc: &Arc) -> Option<RangeResidual> {
+    let residual = RangeResidual::of_point(point, arc)?;
+    (residual.chi2() < SIGMAS * SIGMAS && residual.is_in_beam(arc)).then_some(residual)
 }

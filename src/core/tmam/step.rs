@@ -1,7 +1,9 @@
 //! What one step of the machine hands to its observers.
 
-use super::arc::Arc;
-use super::feature::{Extraction, MapFeature};
+use super::arc::{Arc, ArcId};
+use super::feature::{Action, MapFeature, Shape};
+use super::hypothesis::HypothesisTest;
+use super::label::Kind;
 use super::report::ArcReport;
 
 /// Everything that one frame brought about.
@@ -19,4 +21,35 @@ pub struct Step {
     pub settled: Vec<MapFeature>,
     /// At the end of the log, every arc by frame and sonar, with all that is known of it.
     pub reports: Vec<ArcReport>,
+}
+
+/// One closed run of equally labelled arcs, and what it gave.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extraction {
+    /// Counts from 0 in the order of extraction.
+    pub id: u32,
+    /// What the run's label says.
+    pub kind: Kind,
+    /// The run: its labelled arcs, in order.
+    pub labelled: Vec<ArcId>,
+    /// The associated arcs: the run and its neighbour on either side.
+    pub associated: Vec<ArcId>,
+    /// The estimate; `None` where there was none to speak of.
+    pub shape: Option<Shape>,
+    /// Root mean square of range minus prediction, metres; 0 without an estimate.
+    pub residual_rms: f64,
+    /// Iterations of (10) that were made.
+    pub iterations: u32,
+    /// Whether the stopping rule was met.
+    pub converged: bool,
+    /// What all its readings together support, but for those that the fit left out.
+    pub opinion: HypothesisTest,
+    /// Associated arcs that the fit left out.
+    pub outliers: Vec<ArcId>,
+    /// What became of it.
+    pub action: Action,
+    /// The map feature after this extraction; `None` where it was rejected.
+    pub map_feature: Option<MapFeature>,
+    /// Map features that turned out to be the same as this one, and are gone.
+    pub absorbed: Vec<u32>,
 }

@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use super::arc::{Arc, ArcId};
-use super::feature::Extraction;
 use super::hypothesis::Gate;
 use super::label::Label;
 use super::pending::Pending;
 use super::report::{ArcReport, RunTest};
 use super::rule::{Decision, Rule};
 use super::run::{Run, Runs};
+use super::step::Extraction;
 use super::triple::{TripleTest, Way, bend, obstacle};
 use super::window::{AdaptiveWindow, WindowResult};
 use crate::core::config::Config;
@@ -30,7 +30,7 @@ impl Stream {
     /// Takes the sonar's next entry, `None` for no echo: it completes the triple of the arc before
     /// it.
     pub fn triple(&mut self, next: Option<Arc>, config: &Config, gate: &Gate) {
-        let [before, middle] = std::mem::replace(&mut self.last_two, [None, None]);
+        let [before, middle] = std::mem::take(&mut self.last_two);
         let way = middle.zip(next).map(|(a, b)| Way::between(&a, &b));
         if let (Some(middle), Some(newest)) = (middle, self.pending.back_mut()) {
             let report = &mut newest.report;

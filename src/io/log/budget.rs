@@ -1,7 +1,7 @@
 //! How much of a log is held in memory.
 
-use super::LogError;
-use super::messages::Content;
+use super::error::LogError;
+use super::message::Content;
 use crate::core::config::{Config, Input};
 
 /// So many messages a file of any size may hold.
@@ -83,7 +83,7 @@ impl Budget {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::log::messages::RangeMessage;
+    use crate::io::log::message::RangeMessage;
 
     fn budget(max_readings: u64) -> Budget {
         let mut config = Config::default();

@@ -1,15 +1,17 @@
 //! Which channels are used, for what, and how each is decoded.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use super::budget::Budget;
 use super::container::{Channel, RawMessage};
 use super::custom;
-use super::decoder::{self, DecodeError, Decoder};
-use super::decoders::Decoders;
-use super::messages::{self, Content, MOST_SONARS, Read, Role};
+use super::decoder::{self, DecodeError, Decoder, Decoders};
+use super::message::{Content, MOST_SONARS, Role};
+use super::types::{self, Read};
 use crate::core::config::Config;
 use crate::core::config::channel::ChannelFields;
+use crate::core::legible::name;
 use crate::core::pattern::{PatternError, glob_set};
 
 /// A scan with more beams than this is a lidar's, unless its topic is asked for.
@@ -24,9 +26,10 @@ const MOST_READERS: usize = 2 * MOST_SONARS;
 /// What one channel turned out to be.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelReport {
-    /// Its topic.
+    /// Its number in the file.
+    pub id: u16,
     pub topic: String,
-    /// Its message type, as its schema names it.
+    /// As its schema names it.
     pub type_name: String,
     /// `cdr`, `json`, ...
     pub encoding: String,
@@ -34,11 +37,10 @@ pub struct ChannelReport {
     pub role: Option<Role>,
     /// Whether its messages are used.
     pub used: bool,
-    /// Its messages.
     pub messages: u64,
-    /// Messages that could not be decoded.
+    /// Messages that were left out, as they cannot be decoded or hold too many ranges.
     pub undecoded: u64,
-    /// Why it, or the first message that could not be decoded, is not used.
+    /// Why it, or the first message that was left out, is not used.
     pub problem: Option<String>,
     /// Whether it is a sonar's by its type, or asked for: what it says is missing where it is not used.
     pub wanted: bool,
@@ -50,30 +52,43 @@ pub struct Channels {
     range_topics: globset::GlobSet,
     odometry_topics: globset::GlobSet,
     described: BTreeMap<String, ChannelFields>,
-    known: BTreeMap<u16, (ChannelReport, Option<Reader>)>,
+    known: BTreeMap<u16, Known>,
     readers: usize,
     decoders: Decoders,
-    /// Channels whose first message is of no form that is read.
-    foreign: BTreeSet<u16>,
+}
+
+#[derive(Debug)]
+struct Known {
+    report: ChannelReport,
+    reader: Option<Reader>,
+    /// Messages that are of no form that is read, and those that hold a lidar's number of ranges: one of them
+    /// may be damaged; when all are so, it is the channel.
+    foreign: u64,
 }
 
 /// From the bytes of a channel's messages to what they say.
 #[derive(Debug)]
 struct Reader {
     role: Role,
-    decoder: Decoder,
+    decoder: Rc<Decoder>,
     way: Way,
     /// The configuration names its topic.
     asked_for: bool,
 }
 
-/// How a decoded message is read.
+/// What makes a message of the wanted fields.
 #[derive(Debug, Clone)]
 enum Way {
-    /// By its type.
     Type(Read),
-    /// By the field paths in the configuration.
-    Paths(Box<ChannelFields>),
+    Described(Box<ChannelFields>),
+}
+
+/// A message that was read.
+#[derive(Debug)]
+pub struct Message<'c> {
+    pub role: Role,
+    pub topic: &'c str,
+    pub content: Content,
 }
 
 impl Channels {
@@ -91,7 +106,6 @@ impl Channels {
             known: BTreeMap::new(),
             readers: 0,
             decoders: Decoders::default(),
-            foreign: BTreeSet::new(),
         })
     }
 
@@ -102,40 +116,26 @@ impl Channels {
         channel: &Channel,
         message: RawMessage<'_>,
         budget: &mut Budget,
-    ) -> Option<(Role, Content)> {
+    ) -> Option<Message<'_>> {
         if !self.known.contains_key(&channel.id) {
             let found = self.find(channel);
             self.known.insert(channel.id, found);
         }
-        let (report, reader) = self.known.get_mut(&channel.id)?;
+        let known = self.known.get_mut(&channel.id)?;
+        let report = &mut known.report;
         report.messages += 1;
-        let reader = reader.as_ref().filter(|_| report.used)?;
+        let reader = known.reader.as_ref()?;
         if !budget.admits_message() {
             return None;
         }
         match reader.read(message.data) {
-            Ok(content) if content.sonars() > LARGEST_RING && !reader.asked_for => {
-                report.used = false;
-                report.problem = Some(format!(
-                    "its messages hold {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
-                     they are sonars, choose it with --range-topic",
-                    content.sonars()
-                ));
-                None
-            }
-            Ok(Content::Crowd(count)) => {
-                report.used = false;
-                report.problem = Some(format!(
-                    "its messages hold {count} ranges; no more than {MOST_SONARS} sonars are told apart"
-                ));
-                None
-            }
-            Ok(content) => budget.admits(&content).then_some((reader.role, content)),
+            Ok(content) => budget.admits(&content).then_some(Message {
+                role: reader.role,
+                topic: &report.topic,
+                content,
+            }),
             Err(error) => {
-                // One such message may be damaged; when all are so, it is the channel.
-                if let (DecodeError::Channel(_), 1) = (&error, report.messages) {
-                    self.foreign.insert(channel.id);
-                }
+                known.foreign += u64::from(matches!(error, DecodeError::Channel(_)));
                 let (DecodeError::Channel(problem) | DecodeError::Message(problem)) = error;
                 report.undecoded += 1;
                 report.problem.get_or_insert(problem);
@@ -146,82 +146,92 @@ impl Channels {
 
     /// What each channel with messages turned out to be, by topic.
     pub fn into_reports(self) -> Vec<ChannelReport> {
-        let foreign = self.foreign;
-        let settle = |(id, (mut report, _)): (u16, (ChannelReport, Option<Reader>))| {
-            if foreign.contains(&id) && report.undecoded == report.messages {
+        let settle = |known: Known| {
+            let mut report = known.report;
+            if known.foreign > 0 && known.foreign == report.messages {
                 report.used = false;
                 report.undecoded = 0;
             }
             report
         };
-        let mut reports: Vec<ChannelReport> = self.known.into_iter().map(settle).collect();
+        let mut reports: Vec<ChannelReport> = self.known.into_values().map(settle).collect();
         reports.sort_by(|a, b| a.topic.cmp(&b.topic));
         reports
     }
 
-    fn find(&mut self, channel: &Channel) -> (ChannelReport, Option<Reader>) {
-        let described = self.described.get(&channel.topic);
+    fn find(&mut self, channel: &Channel) -> Known {
+        let topic = name(&channel.topic).into_owned();
+        let described = self.described.get(&topic);
         let type_name = described.and_then(|fields| fields.type_name.as_deref());
-        let type_name = type_name.unwrap_or(&channel.schema.name);
+        let type_name = name(type_name.unwrap_or(&channel.schema.name)).into_owned();
         let known = match described.filter(|fields| !fields.is_type_alone()) {
-            Some(fields) => Some((custom::role(fields), Way::Paths(Box::new(fields.clone())))),
-            None => messages::known(type_name, &channel.topic)
-                .map(|(role, read)| (role, Way::Type(read))),
+            Some(fields) => Some((
+                custom::role(fields),
+                custom::paths(fields),
+                Way::Described(Box::new(fields.clone())),
+            )),
+            None => types::known(&type_name, &topic)
+                .map(|known| (known.role, known.paths(), Way::Type(known.read))),
         };
-        let role = known.as_ref().map(|(role, _)| *role);
+        let role = known.as_ref().map(|(role, ..)| *role);
         let topics = match role {
             Some(Role::Range) => Some(&self.range_topics),
             Some(Role::Odometry | Role::Pose) => Some(&self.odometry_topics),
             Some(Role::Transform | Role::Description) | None => None,
         };
-        let asked_for = topics.is_some_and(|topics| topics.is_match(&channel.topic));
+        let asked_for = topics.is_some_and(|topics| topics.is_match(&topic));
         let passed_over = topics.is_some_and(|topics| !topics.is_empty()) && !asked_for;
+        let is_described = described.is_some();
+        let is_wanted = asked_for || is_described || types::is_one_sonar(&type_name);
         let mut report = ChannelReport {
-            topic: channel.topic.clone(),
-            type_name: type_name.to_owned(),
-            encoding: channel.encoding.clone(),
+            id: channel.id,
+            topic,
+            type_name,
+            encoding: name(&channel.encoding).into_owned(),
             role,
             used: role.is_some() && !passed_over,
             messages: 0,
             undecoded: 0,
             problem: None,
-            wanted: !passed_over
-                && (asked_for || described.is_some() || messages::is_one_sonar(type_name)),
+            wanted: !passed_over && is_wanted,
         };
-        let Some((role, way)) = known.filter(|_| report.used) else {
-            if role.is_none() && type_name.is_empty() && channel.encoding == "cdr" {
-                report.problem = Some(decoder::undefined(type_name));
-            } else if role.is_none() && described.is_some() {
-                report.problem = Some(format!(
-                    "`{type_name}`, which the configuration says it is, is no type that is read: give the \
-                     fields of its messages instead"
-                ));
+        let type_name = &report.type_name;
+        let reader = match known.filter(|_| report.used) {
+            None if role.is_some() => Ok(None),
+            None if type_name.is_empty() && channel.encoding == "cdr" => {
+                Err(decoder::undefined(type_name))
             }
-            return (report, None);
-        };
-        if self.readers == MOST_READERS {
-            report.used = false;
-            report.problem = Some(format!(
+            None if is_described => Err(format!(
+                "`{type_name}`, which the configuration says it is, is no type that is read: give the \
+                 fields of its messages instead"
+            )),
+            None => Ok(None),
+            Some(_) if self.readers == MOST_READERS => Err(format!(
                 "the log has more than {MOST_READERS} channels of types that are read"
-            ));
-            return (report, None);
-        }
-        self.readers += 1;
-        match self.decoders.of(channel, type_name) {
-            Ok(decoder) => {
-                let reader = Reader {
-                    role,
-                    decoder,
-                    asked_for: asked_for || described.is_some(),
-                    way,
-                };
-                (report, Some(reader))
+            )),
+            Some((role, paths, way)) => {
+                self.readers += 1;
+                let by_paths = matches!(way, Way::Described(_));
+                let decoder = self.decoders.of(channel, type_name, by_paths, paths);
+                decoder.map(|decoder| {
+                    Some(Reader {
+                        role,
+                        decoder,
+                        way,
+                        asked_for: asked_for || is_described,
+                    })
+                })
             }
-            Err(problem) => {
-                report.used = false;
-                report.problem = Some(problem);
-                (report, None)
-            }
+        };
+        let reader = reader.unwrap_or_else(|problem| {
+            report.problem = Some(problem);
+            report.used = false;
+            None
+        });
+        Known {
+            report,
+            reader,
+            foreign: 0,
         }
     }
 }
@@ -234,11 +244,23 @@ impl Reader {
                 message.len()
             )));
         }
-        let value = self.decoder.decode(message)?;
+        let fields = self.decoder.decode(message)?;
         let content = match &self.way {
-            Way::Type(read) => read(&value),
-            Way::Paths(fields) => custom::read(fields, &value),
+            Way::Type(read) => read(&fields),
+            Way::Described(described) => custom::read(described, &fields),
         };
-        content.map_err(|error| DecodeError::Message(error.to_string()))
+        match content.map_err(|error| DecodeError::Message(error.to_string()))? {
+            Content::Crowd(count) => Err(DecodeError::Channel(format!(
+                "a message of it holds {count} ranges; no more than {MOST_SONARS} sonars are told apart"
+            ))),
+            content if content.sonars() > LARGEST_RING && !self.asked_for => {
+                Err(DecodeError::Channel(format!(
+                    "a message of it holds {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
+                     they are sonars, choose it with --range-topic",
+                    content.sonars()
+                )))
+            }
+            content => Ok(content),
+        }
     }
 }

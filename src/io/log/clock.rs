@@ -2,9 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::channels::ChannelReport;
-use super::container::Channel;
-
 /// The clock of one channel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ChannelClock {
@@ -30,17 +27,12 @@ pub struct ChannelClock {
     pub extreme_delay_ns: Option<i64>,
 }
 
-/// The clocks of a log while it is read.
+/// The clocks of a log while it is read, by the numbers of their channels.
 #[derive(Debug, Default)]
-pub struct Clocks {
-    of_channel: BTreeMap<u16, Running>,
-}
+pub struct Clocks(BTreeMap<u16, Running>);
 
 #[derive(Debug, Default)]
 struct Running {
-    topic: String,
-    type_name: String,
-    encoding: String,
     clock: ChannelClock,
     last_stamp: Option<i64>,
     delays: Vec<i64>,
@@ -48,41 +40,14 @@ struct Running {
 
 impl Clocks {
     /// Takes a message: when it was recorded and, where it was read, the stamp of its header.
-    pub fn take(&mut self, channel: &Channel, log_time: u64, stamp_ns: Option<i64>) {
-        let running = self
-            .of_channel
-            .entry(channel.id)
-            .or_insert_with(|| Running {
-                topic: channel.topic.clone(),
-                type_name: channel.schema.name.clone(),
-                encoding: channel.encoding.clone(),
-                ..Running::default()
-            });
+    pub fn take(&mut self, channel: u16, log_time: u64, stamp_ns: Option<i64>) {
+        let running = self.0.entry(channel).or_default();
         running.take(i64::try_from(log_time).unwrap_or(i64::MAX), stamp_ns);
     }
 
-    /// The clock that belongs to each channel; those of several publishers on one topic together.
-    pub fn finish(self, channels: &[ChannelReport]) -> Vec<ChannelClock> {
-        let mut known: BTreeMap<[String; 3], ChannelClock> = BTreeMap::new();
-        for running in self.of_channel.into_values() {
-            let clock = running.finish();
-            let names = [running.topic, running.type_name, running.encoding];
-            let together = match known.remove(&names) {
-                Some(other) => other.together(clock),
-                None => clock,
-            };
-            known.insert(names, together);
-        }
-        channels
-            .iter()
-            .map(|channel| {
-                let names = [&channel.topic, &channel.type_name, &channel.encoding];
-                known
-                    .get(&names.map(Clone::clone))
-                    .cloned()
-                    .unwrap_or_default()
-            })
-            .collect()
+    /// The clock of a channel.
+    pub fn finish(&mut self, channel: u16) -> ChannelClock {
+        self.0.remove(&channel).unwrap_or_default().finish()
     }
 }
 
@@ -109,8 +74,8 @@ impl Running {
         }
     }
 
-    fn finish(&self) -> ChannelClock {
-        let mut delays = self.delays.clone();
+    fn finish(mut self) -> ChannelClock {
+        let delays = &mut self.delays;
         delays.sort_unstable();
         ChannelClock {
             median_delay_ns: delays.get(delays.len() / 2).copied(),
@@ -120,14 +85,14 @@ impl Running {
                 .chain(delays.last())
                 .copied()
                 .max_by_key(|delay| delay.unsigned_abs()),
-            ..self.clock.clone()
+            ..self.clock
         }
     }
 }
 
 impl ChannelClock {
     /// Two channels seen as one; the median is that of the busier one.
-    fn together(self, other: Self) -> Self {
+    pub fn together(self, other: Self) -> Self {
         let busier = if other.stamped > self.stamped {
             &other
         } else {

@@ -18,7 +18,7 @@
 //! - `tail`: footer and summary, which are read first; `index`: the summary's index of chunks
 //! - `walker`: one record after the other; `recover`: what follows a damaged one
 //! - `chunk`: decompression and checksum
-//! - `channels`: schemas, channels and messages, as they are handed over
+//! - `channels`: definitions held by their numbers, and messages handed over with them
 //! - `loss`: what could not be read
 
 mod border;
@@ -32,6 +32,6 @@ mod source;
 mod tail;
 mod walker;
 
-pub use channels::{Channel, RawMessage, Schema};
 pub use loss::Loss;
+pub use record::{Channel, RawMessage, Schema};
 pub use walker::{OpenError, Unchecked, walk, walk_in};

@@ -2,180 +2,157 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::messages::{Content, MOST_SONARS, OdometryMessage, RangeMessage, Role, rotation};
-use super::value::{FieldError, Value, missing};
+use super::message::{Content, FARTHEST, MOST_SONARS, RangeMessage, Role, TransformMessage};
+use super::poses::rotation;
+use super::value::{Field, FieldError, Fields};
 use crate::core::config::channel::{AngleUnit, ChannelFields, Given, TimeUnit};
 
 /// What the messages of a described channel are good for.
-pub fn role(fields: &ChannelFields) -> Role {
-    if fields.is_odometry() {
+pub fn role(described: &ChannelFields) -> Role {
+    if described.is_odometry() {
         Role::Odometry
     } else {
         Role::Range
     }
 }
 
+/// The paths of the wanted fields, in the order in which [`read`] takes them; empty for those that are not
+/// described.
+pub fn paths(described: &ChannelFields) -> Vec<String> {
+    let path = |path: &Option<String>| path.clone().unwrap_or_default();
+    let given = |given: &Option<Given>| match given {
+        Some(Given::Path(path)) => path.clone(),
+        _ => String::new(),
+    };
+    let inside = |message: &Option<String>, name: &str| {
+        let path = message.as_ref().map(|message| format!("{message}.{name}"));
+        path.unwrap_or_default()
+    };
+    let mut paths = vec![path(&described.stamp), path(&described.frame)];
+    if described.is_odometry() {
+        let position = &described.position;
+        let or = |path: &Option<String>, name| match path {
+            Some(path) if position.is_none() => path.clone(),
+            _ => inside(position, name),
+        };
+        paths.extend([or(&described.x, "x"), or(&described.y, "y")]);
+        paths.push(path(&described.yaw));
+        paths.extend(["x", "y", "z", "w"].map(|name| inside(&described.orientation, name)));
+    } else {
+        paths.push(path(&described.range));
+        let limits = [
+            &described.min_range,
+            &described.max_range,
+            &described.beam_width,
+            &described.variance,
+        ];
+        paths.extend(limits.map(given));
+    }
+    paths
+}
+
 /// Reads a message by a description.
 ///
 /// # Errors
 /// A field that is not there.
-pub fn read(fields: &ChannelFields, message: &Value) -> Result<Content, FieldError> {
-    match &fields.range {
-        Some(range) => ranges(fields, range, message),
-        None => odometry(fields, message).map(Content::Odometry),
+pub fn read(described: &ChannelFields, fields: &Fields<'_>) -> Result<Content, FieldError> {
+    if described.is_odometry() {
+        return odometry(described, fields).map(Content::Odometry);
     }
-}
-
-fn ranges(fields: &ChannelFields, range: &str, message: &Value) -> Result<Content, FieldError> {
-    let array = range.split_once("[]").map_or(range, |(array, _)| array);
-    let count = match message.get(array) {
-        Some(Value::Numbers(numbers)) => Some(numbers.len()),
-        Some(Value::List(items)) => Some(items.len()),
-        _ => None,
-    };
-    let reading = |element: Option<usize>| reading(fields, range, &Place { message, element });
-    Ok(match count {
+    let [_, _, range, ..] = fields.all::<7>();
+    Ok(match range.count() {
         Some(count) if count > MOST_SONARS => Content::Crowd(count),
-        Some(count) => Content::Ranges(
-            (0..count)
-                .map(|i| reading(Some(i)))
-                .collect::<Result<_, _>>()?,
-        ),
-        None => Content::Ranges(vec![reading(None)?]),
+        Some(count) => {
+            let readings = (0..count).map(|element| reading(described, fields, Some(element)));
+            Content::Ranges(readings.collect::<Result<_, _>>()?)
+        }
+        None => Content::Ranges(vec![reading(described, fields, None)?]),
     })
 }
 
+/// A message's only reading, or that of an element of its arrays.
 fn reading(
-    fields: &ChannelFields,
-    range: &str,
-    place: &Place<'_>,
+    described: &ChannelFields,
+    fields: &Fields<'_>,
+    element: Option<usize>,
 ) -> Result<RangeMessage, FieldError> {
-    let metres = fields.metres_per_unit.unwrap_or(1.0);
-    let angle = fields.angle_unit.unwrap_or(AngleUnit::Rad);
-    let given = |given: &Option<Given>, none: f64, unit: &dyn Fn(f64) -> f64| match given {
-        None => Ok(none),
-        Some(Given::Constant(value)) => Ok(*value),
-        Some(Given::Path(path)) => place.distance(path).map(unit),
-    };
-    Ok(RangeMessage {
-        stamp_ns: place.stamp(fields)?,
-        delay_ns: 0,
-        frame_id: place.frame(fields)?,
-        element: place.element,
-        frame_from_beam: Isometry3::identity(),
-        range: place.distance(range)? * metres,
-        min_range: given(&fields.min_range, 0.0, &|x| x * metres)?,
-        max_range: given(&fields.max_range, f64::INFINITY, &|x| x * metres)?,
-        beam_width: given(&fields.beam_width, 0.0, &|x| angle.radians(x))?,
-        likely_beam_width: 0.0,
-        variance: given(&fields.variance, 0.0, &|x| x * metres * metres)?,
-    })
-}
-
-fn odometry(fields: &ChannelFields, message: &Value) -> Result<OdometryMessage, FieldError> {
-    let place = Place {
-        message,
-        element: None,
-    };
-    let metres = fields.metres_per_unit.unwrap_or(1.0);
-    let angle = fields.angle_unit.unwrap_or(AngleUnit::Rad);
-    let number = |path: &Option<String>, name: &'static str| match path {
-        Some(path) => message.number(path),
-        None => Err(missing(name, "a path in the configuration")),
-    };
-    let position = match &fields.position {
-        Some(position) => Vector3::new(
-            message.number(&format!("{position}.x"))?,
-            message.number(&format!("{position}.y"))?,
-            0.0,
-        ),
-        None => Vector3::new(number(&fields.x, "x")?, number(&fields.y, "y")?, 0.0),
-    } * metres;
-    let turn = match &fields.orientation {
-        Some(orientation) => rotation(message, orientation)?,
-        None => {
-            let yaw = angle.radians(number(&fields.yaw, "yaw")?);
-            yaw.is_finite()
-                .then(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+    let all = fields.all::<7>();
+    let [stamp, frame, range, min_range, max_range, width, variance] =
+        all.each_ref().map(|field| match element {
+            Some(element) => field.at(element),
+            None => field.clone(),
+        });
+    let metres = described.metres_per_unit.unwrap_or(1.0);
+    let angle = described.angle_unit.unwrap_or(AngleUnit::Rad);
+    let given = |given: &Option<Given>, field: &Field<'_>, none: f64, unit: &dyn Fn(f64) -> f64| {
+        match given {
+            None => Ok(none),
+            Some(Given::Constant(value)) => Ok(*value),
+            Some(Given::Path(_)) => field.distance().map(unit),
         }
     };
-    let is_finite = position.iter().all(|x| x.is_finite());
-    Ok(OdometryMessage {
-        stamp_ns: place.stamp(fields)?,
-        world_frame: place.frame(fields)?,
-        robot_frame: String::new(),
-        world_from_robot: turn
-            .filter(|_| is_finite)
+    let length = |x: f64| x * metres;
+    let (stamp_ns, frame_id) = (stamp_of(described, &stamp)?, frame_of(described, &frame)?);
+    let infinite = f64::INFINITY;
+    Ok(RangeMessage {
+        element,
+        min_range: given(&described.min_range, &min_range, 0.0, &length)?,
+        max_range: given(&described.max_range, &max_range, infinite, &length)?,
+        beam_width: given(&described.beam_width, &width, 0.0, &|x| angle.radians(x))?,
+        variance: given(&described.variance, &variance, 0.0, &|x| {
+            x * metres * metres
+        })?,
+        ..RangeMessage::plain(stamp_ns, &frame_id, length(range.distance()?))
+    })
+}
+
+fn odometry(
+    described: &ChannelFields,
+    fields: &Fields<'_>,
+) -> Result<TransformMessage, FieldError> {
+    let [stamp, frame, x, y, yaw, turn @ ..] = fields.all::<9>();
+    let metres = described.metres_per_unit.unwrap_or(1.0);
+    let position = Vector3::new(x.number()?, y.number()?, 0.0) * metres;
+    let turn = if described.orientation.is_some() {
+        rotation(&turn)?
+    } else {
+        let angle = described.angle_unit.unwrap_or(AngleUnit::Rad);
+        let yaw = angle.radians(yaw.number()?);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+        yaw.is_finite().then_some(turn)
+    };
+    let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
+    Ok(TransformMessage {
+        stamp_ns: stamp_of(described, &stamp)?,
+        parent: frame_of(described, &frame)?,
+        child: String::new(),
+        parent_from_child: turn
+            .filter(|_| is_place)
             .map(|turn| Isometry3::from_parts(position.into(), turn)),
     })
 }
 
-/// A message, or an element of the arrays in it.
-struct Place<'a> {
-    message: &'a Value,
-    element: Option<usize>,
+/// Nanoseconds; 0 where the description has no stamp.
+fn stamp_of(described: &ChannelFields, stamp: &Field<'_>) -> Result<i64, FieldError> {
+    if described.stamp.is_none() {
+        return Ok(0);
+    }
+    let unit = described.stamp_unit.unwrap_or(TimeUnit::S).nanoseconds();
+    let whole = || stamp.value.as_integer().map(|n| n.saturating_mul(unit));
+    let part = || {
+        let number = stamp.value.as_number().filter(|x| x.is_finite())?;
+        Some(libm::round(number * unit as f64) as i64)
+    };
+    let time = stamp.value.as_time().or_else(whole).or_else(part);
+    time.ok_or_else(|| stamp.missing("a time or a number"))
 }
 
-impl Place<'_> {
-    /// The value at a path: behind `[]`, and in arrays, the element's.
-    fn find(&self, path: &str) -> Option<Value> {
-        let (array, rest) = match path.split_once("[]") {
-            Some((array, rest)) => (array, rest.trim_start_matches('.')),
-            None => (path, ""),
-        };
-        let value = self.message.get(array)?;
-        match (value, self.element) {
-            (Value::Numbers(numbers), Some(element)) => {
-                numbers.get(element).copied().map(Value::Float)
-            }
-            (Value::List(items), Some(element)) => {
-                let item = items.get(element)?;
-                let found = if rest.is_empty() {
-                    Some(item)
-                } else {
-                    item.get(rest)
-                };
-                found.cloned()
-            }
-            (value, _) => Some(value.clone()),
-        }
-    }
-
-    fn distance(&self, path: &str) -> Result<f64, FieldError> {
-        self.find(path)
-            .and_then(|value| value.as_distance())
-            .ok_or_else(|| missing(path, "a number"))
-    }
-
-    /// Nanoseconds; 0 where the description has no stamp.
-    fn stamp(&self, fields: &ChannelFields) -> Result<i64, FieldError> {
-        let Some(path) = &fields.stamp else {
-            return Ok(0);
-        };
-        let value = self.find(path).unwrap_or(Value::Null);
-        let unit = fields.stamp_unit.unwrap_or(TimeUnit::S).nanoseconds();
-        let whole = value.as_integer().map(|n| n.saturating_mul(unit));
-        value
-            .as_time()
-            .or(whole)
-            .or_else(|| {
-                let seconds = value.as_number().filter(|x| x.is_finite())?;
-                Some(libm::round(seconds * unit as f64) as i64)
-            })
-            .ok_or_else(|| missing(path, "a time or a number"))
-    }
-
-    /// Without a leading slash; empty where the description has none.
-    fn frame(&self, fields: &ChannelFields) -> Result<String, FieldError> {
-        let name = match (&fields.frame, &fields.frame_name) {
-            (Some(path), _) => match self.find(path) {
-                Some(Value::Text(text)) => text,
-                _ => return Err(missing(path, "text")),
-            },
-            (None, Some(name)) => name.clone(),
-            (None, None) => String::new(),
-        };
-        Ok(name.trim_start_matches('/').to_owned())
+/// Without a leading slash; empty where the description has none.
+fn frame_of(described: &ChannelFields, frame: &Field<'_>) -> Result<String, FieldError> {
+    match (&described.frame, &described.frame_name) {
+        (Some(_), _) => frame.frame(),
+        (None, Some(name)) => Ok(name.trim_start_matches('/').to_owned()),
+        (None, None) => Ok(String::new()),
     }
 }
 
@@ -188,10 +165,10 @@ mod tests {
     fn content(description: &str, text: &str) -> Result<Content, FieldError> {
         let config = file::parse(&format!("[channel.'/t']\n{description}")).unwrap();
         file::check(&config).unwrap();
-        read(
-            &config.channel["/t"],
-            &json::decode(text.as_bytes()).unwrap(),
-        )
+        let described = &config.channel["/t"];
+        let paths = &paths(described);
+        let values = json::decode(text.as_bytes(), paths).unwrap();
+        read(described, &Fields { paths, values })
     }
 
     fn beams(description: &str, text: &str) -> Vec<RangeMessage> {
@@ -238,7 +215,7 @@ mod tests {
         let text = r#"{"p":{"x":1,"y":2,"z":9},"q":{"x":0,"y":0,"z":1,"w":0},"a":90,"bad":null}"#;
         let yaw = |description: &str| match content(description, text).unwrap() {
             Content::Odometry(odometry) => {
-                let pose = odometry.world_from_robot.unwrap();
+                let pose = odometry.parent_from_child.unwrap();
                 assert_eq!((pose.translation.x, pose.translation.y), (1.0, 2.0));
                 pose.rotation.euler_angles().2
             }

@@ -1,20 +1,40 @@
-//! One decoder per encoding: from a channel's bytes to neutral values.
+//! From the bytes of a channel's messages to the wanted fields: one decoder for all channels of a
+//! definition, and no more definitions than a log needs.
 
-use super::container::Channel;
-use super::ros2::Ros2Error;
-use super::value::Value;
-use super::{json, protobuf, ros1, ros2, standard};
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
-/// Decodes the messages of one channel.
-#[derive(Debug, Clone)]
-pub enum Decoder {
-    /// ROS 1.
-    Ros1(ros1::Decoder),
-    /// ROS 2.
-    Ros2(ros2::Decoder),
-    /// Protobuf.
+use super::container::{Channel, Schema};
+use super::definition::{Dialect, Layout, short};
+use super::ros::RosError;
+use super::value::Fields;
+use super::{json, protobuf, ros};
+use crate::core::legible::shortened;
+
+/// The longest text that is read as a definition, bytes: `sensor_msgs` with all that it contains
+/// takes 20 000, and parsed it takes many times its bytes.
+const LONGEST_TEXT: usize = 256 << 10;
+
+/// The longest set of protobuf descriptors, bytes: they come with all that they import.
+const LONGEST_DESCRIPTORS: usize = 1 << 20;
+
+/// Bytes of definitions that are parsed of a log, all together.
+const MOST_TOGETHER: usize = 2 << 20;
+
+/// A parser's complaint may quote what it complains of: longest word and whole, characters.
+const COMPLAINT: (usize, usize) = (200, 1000);
+
+/// Takes the wanted fields of a channel's messages.
+#[derive(Debug)]
+pub struct Decoder {
+    paths: Vec<String>,
+    encoding: Encoding,
+}
+
+#[derive(Debug)]
+enum Encoding {
+    Ros(ros::Decoder),
     Protobuf(protobuf::Decoder),
-    /// JSON.
     Json,
 }
 
@@ -33,47 +53,148 @@ impl Decoder {
     ///
     /// # Errors
     /// What the encoding is and what would work, for a person.
-    pub fn of(channel: &Channel, type_name: &str) -> Result<Self, String> {
-        let schema = &channel.schema;
-        let is_blank = schema.data.trim_ascii().is_empty();
-        match (channel.encoding.as_str(), schema.encoding.as_str()) {
+    pub fn of(channel: &Channel, type_name: &str, paths: Vec<String>) -> Result<Self, String> {
+        let Schema {
+            name,
+            encoding,
+            data,
+        } = &*channel.schema;
+        let is_blank = data.trim_ascii().is_empty();
+        let ros = |dialect, layout: Result<Rc<Layout>, _>| {
+            let layout =
+                layout.map_err(|error: super::definition::DefinitionError| error.to_string());
+            layout.map(|layout| Encoding::Ros(ros::Decoder::new(dialect, &layout, &paths)))
+        };
+        let encoding = match (channel.encoding.as_str(), encoding.as_str()) {
             ("cdr", "" | "ros2msg") if is_blank => {
-                let definition =
-                    standard::definition(type_name).ok_or_else(|| undefined(type_name))?;
-                ros2::Decoder::new(type_name, definition.as_bytes())
-                    .map(Self::Ros2)
-                    .map_err(|error| error.to_string())
+                let standard = Layout::standard(type_name).ok_or_else(|| undefined(type_name))?;
+                ros(Dialect::Ros2, standard)?
             }
-            ("cdr", "ros2msg") => ros2::Decoder::new(&schema.name, &schema.data)
-                .map(Self::Ros2)
-                .map_err(|error| error.to_string()),
-            ("ros1", "ros1msg") => ros1::Decoder::new(&schema.name, &schema.data)
-                .map(Self::Ros1)
-                .map_err(|error| error.to_string()),
-            ("protobuf", "protobuf") => protobuf::Decoder::new(&schema.name, &schema.data)
-                .map(Self::Protobuf)
-                .map_err(|error| error.to_string()),
-            ("json", _) => Ok(Self::Json),
-            (encoding, schema) => Err(refusal(encoding, schema)),
-        }
+            ("cdr", "ros2msg") => ros(Dialect::Ros2, Layout::new(Dialect::Ros2, name, data))?,
+            ("ros1", "ros1msg") => ros(Dialect::Ros1, Layout::new(Dialect::Ros1, name, data))?,
+            ("protobuf", "protobuf") => protobuf::Decoder::new(name, data, &paths)
+                .map(Encoding::Protobuf)
+                .map_err(|error| error.to_string())?,
+            ("json", _) => Encoding::Json,
+            (encoding, schema) => return Err(refusal(encoding, schema)),
+        };
+        Ok(Self { paths, encoding })
     }
 
-    /// Decodes one message.
+    /// Takes the wanted fields of one message.
     ///
     /// # Errors
     /// What does not fit.
-    pub fn decode(&self, message: &[u8]) -> Result<Value, DecodeError> {
-        let damaged = |error: &dyn std::error::Error| DecodeError::Message(error.to_string());
-        match self {
-            Self::Ros1(decoder) => decoder.decode(message).map_err(|e| damaged(&e)),
-            Self::Ros2(decoder) => decoder.decode(message).map_err(|error| match error {
-                Ros2Error::Encapsulation(_) => DecodeError::Channel(error.to_string()),
-                other => damaged(&other),
+    pub fn decode<'m>(&'m self, message: &'m [u8]) -> Result<Fields<'m>, DecodeError> {
+        let values = match &self.encoding {
+            Encoding::Ros(decoder) => decoder.decode(message).map_err(|error| match error {
+                RosError::Encapsulation(_) => DecodeError::Channel(error.to_string()),
+                other => DecodeError::Message(other.to_string()),
             }),
-            Self::Protobuf(decoder) => decoder.decode(message).map_err(|e| damaged(&e)),
-            Self::Json => json::decode(message)
-                .map_err(|e| DecodeError::Message(format!("it is not JSON: {e}"))),
+            Encoding::Protobuf(decoder) => {
+                (decoder.decode(message)).map_err(|error| DecodeError::Message(error.to_string()))
+            }
+            Encoding::Json => json::decode(message, &self.paths)
+                .map_err(|error| DecodeError::Message(format!("it is not JSON: {error}"))),
+        }?;
+        Ok(Fields {
+            paths: &self.paths,
+            values,
+        })
+    }
+}
+
+/// Why a definition is not even parsed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+enum TooLong {
+    /// By itself.
+    #[error(
+        "the definition of its messages is {bytes} bytes long; no more than {most} are read, and no message \
+         of ranges or poses needs as many"
+    )]
+    Alone {
+        /// Of this definition.
+        bytes: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// With those before it.
+    #[error(
+        "the definition of its messages is {bytes} bytes long, and with those of other channels longer \
+         than the {MOST_TOGETHER} that are read of a log; leave other topics out with --range-topic and \
+         --odom-topic"
+    )]
+    Together {
+        /// Of this definition.
+        bytes: usize,
+    },
+}
+
+/// What tells one decoder from another: the channel's encoding, the type, the schema by where it is held,
+/// and the topic where the configuration describes the fields.
+type Key = (String, String, Option<*const Schema>, Option<String>);
+
+/// The decoders of a log.
+#[derive(Debug, Default)]
+pub struct Decoders {
+    made: BTreeMap<Key, Result<Rc<Decoder>, String>>,
+    /// What keys point to is held, so that it stays where it is.
+    schemas: Vec<Rc<Schema>>,
+    /// Bytes of definitions parsed.
+    parsed: usize,
+}
+
+impl Decoders {
+    /// The decoder of a channel, see [`Decoder::of`]; `paths` are those of the type, or else those that the
+    /// configuration describes for the topic.
+    ///
+    /// # Errors
+    /// Why there is none and what would work, for a person.
+    pub fn of(
+        &mut self,
+        channel: &Channel,
+        type_name: &str,
+        is_described: bool,
+        paths: Vec<String>,
+    ) -> Result<Rc<Decoder>, String> {
+        let schema = &channel.schema;
+        // Channels without a definition may each have an empty one of their own.
+        let place = (!schema.data.is_empty()).then_some(Rc::as_ptr(schema));
+        let topic = is_described.then(|| channel.topic.clone());
+        let key = (channel.encoding.clone(), short(type_name), place, topic);
+        if let Some(known) = self.made.get(&key) {
+            return known.clone();
         }
+        let made = match self.admit(channel) {
+            Ok(()) => Decoder::of(channel, type_name, paths)
+                .map(Rc::new)
+                .map_err(|problem| shortened(&problem, COMPLAINT.0, COMPLAINT.1)),
+            Err(refused) => Err(refused.to_string()),
+        };
+        if place.is_some() {
+            self.schemas.push(Rc::clone(schema));
+        }
+        self.made.insert(key, made.clone());
+        made
+    }
+
+    /// Refuses what would take too much memory or time.
+    fn admit(&mut self, channel: &Channel) -> Result<(), TooLong> {
+        let bytes = channel.schema.data.len();
+        let most = match channel.encoding.as_str() {
+            "json" => return Ok(()), // its schema is not read
+            "protobuf" => LONGEST_DESCRIPTORS,
+            _ => LONGEST_TEXT,
+        };
+        if bytes > most {
+            return Err(TooLong::Alone { bytes, most });
+        }
+        let parsed = self.parsed.saturating_add(bytes);
+        if parsed > MOST_TOGETHER {
+            return Err(TooLong::Together { bytes });
+        }
+        self.parsed = parsed;
+        Ok(())
     }
 }
 
@@ -119,7 +240,6 @@ fn refusal(encoding: &str, schema: &str) -> String {
 mod tests {
     use super::*;
     use crate::io::log::container::Schema;
-    use std::rc::Rc;
 
     fn decoder(encoding: &str, schema: &str, name: &str, data: &[u8]) -> Result<Decoder, String> {
         let channel = Channel {
@@ -132,7 +252,7 @@ mod tests {
                 data: data.into(),
             }),
         };
-        Decoder::of(&channel, name)
+        Decoder::of(&channel, name, vec!["range".to_owned()])
     }
 
     #[test]
@@ -144,8 +264,10 @@ mod tests {
         for name in ["sensor_msgs/msg/Range", "sensor_msgs::msg::dds_::Range_"] {
             let decoder = decoder("cdr", "", name, b"").unwrap();
             for variance in [&[][..], &[0; 4]] {
-                let value = decoder.decode(&[&message[..], variance].concat()).unwrap();
-                assert_eq!(value.number("range"), Ok(1.5), "{name}");
+                let message = [&message[..], variance].concat();
+                let fields = decoder.decode(&message).unwrap();
+                let [range] = fields.all();
+                assert_eq!(range.number(), Ok(1.5), "{name}");
             }
         }
     }
@@ -163,5 +285,87 @@ mod tests {
             let refused = decoder(encoding, schema, name, b"").unwrap_err();
             assert!(refused.contains(says), "{encoding}: {refused}");
         }
+    }
+
+    fn channel(encoding: &str, schema: &Rc<Schema>) -> Channel {
+        Channel {
+            id: 1,
+            topic: "/t".into(),
+            encoding: encoding.into(),
+            schema: Rc::clone(schema),
+        }
+    }
+
+    fn schema(encoding: &str, data: &[u8]) -> Rc<Schema> {
+        Rc::new(Schema {
+            name: "my_msgs/msg/Echo".into(),
+            encoding: encoding.into(),
+            data: data.into(),
+        })
+    }
+
+    fn of(
+        decoders: &mut Decoders,
+        encoding: &str,
+        schema: &Rc<Schema>,
+    ) -> Result<Rc<Decoder>, String> {
+        let channel = channel(encoding, schema);
+        decoders.of(&channel, &schema.name, false, vec!["b".to_owned()])
+    }
+
+    #[test]
+    fn channels_of_one_definition_share_what_it_was_parsed_to() {
+        let mut decoders = Decoders::default();
+        let [one, other] = [b"uint8 a", b"uint8 b"].map(|text| schema("ros2msg", text));
+        for _ in 0..2000 {
+            of(&mut decoders, "cdr", &one).unwrap();
+        }
+        assert_eq!((decoders.parsed, decoders.made.len()), (7, 1));
+        let decoder = of(&mut decoders, "cdr", &other).unwrap();
+        assert_eq!((decoders.parsed, decoders.made.len()), (14, 2));
+        let fields = decoder.decode(&[0, 1, 0, 0, 9]).unwrap();
+        let [b] = fields.all();
+        assert_eq!(b.number(), Ok(9.0));
+        // Nor is one that cannot be parsed tried again.
+        let broken = schema("ros2msg", b"\xff");
+        for _ in 0..3 {
+            assert!(of(&mut decoders, "cdr", &broken).is_err());
+        }
+        assert_eq!(decoders.parsed, 15);
+    }
+
+    #[test]
+    fn a_definition_longer_than_any_is_not_parsed() {
+        let cases = [
+            ("cdr", "ros2msg", LONGEST_TEXT),
+            ("ros1", "ros1msg", LONGEST_TEXT),
+            ("protobuf", "protobuf", LONGEST_DESCRIPTORS),
+        ];
+        for (encoding, schema_encoding, most) in cases {
+            let mut decoders = Decoders::default();
+            let long = schema(schema_encoding, &vec![b'#'; most + 1]);
+            let refused = of(&mut decoders, encoding, &long);
+            let said = refused.unwrap_err();
+            assert!(said.contains(&format!("no more than {most}")), "{said}");
+            assert_eq!(decoders.parsed, 0, "{encoding}");
+        }
+    }
+
+    #[test]
+    fn no_number_of_definitions_is_parsed_without_end() {
+        let mut decoders = Decoders::default();
+        let comment = vec![b'#'; 100_000];
+        let outcomes: Vec<bool> = (0..30)
+            .map(|_| {
+                let schema = schema("ros2msg", &comment);
+                let outcome = of(&mut decoders, "cdr", &schema);
+                outcome.is_ok()
+            })
+            .collect();
+        let read = MOST_TOGETHER / comment.len();
+        assert!(outcomes[..read].iter().all(|made| *made), "{outcomes:?}");
+        assert!(outcomes[read..].iter().all(|made| !made), "{outcomes:?}");
+        let json = schema("jsonschema", &vec![b' '; MOST_TOGETHER]);
+        assert!(of(&mut decoders, "json", &json).is_ok());
     }
 }

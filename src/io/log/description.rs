@@ -1,22 +1,35 @@
 //! The robot's description (URDF): where its fixed joints put the sensors.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-use urdf_rs::JointType;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::reader::Reader;
 
-use super::messages::TransformMessage;
-
-/// Elements nested deeper than this are no robot's: the parser would run out of stack.
-const DEEPEST: usize = 200;
+use super::message::{FARTHEST, TransformMessage};
+use crate::core::legible::name;
 
 /// Why a description is of no use.
 #[derive(Debug, thiserror::Error)]
 pub enum DescriptionError {
-    /// Beyond any use.
-    #[error("its elements are nested more than {DEEPEST} deep")]
-    TooDeep,
-    /// Not a description.
-    #[error("{0}")]
-    Urdf(#[from] urdf_rs::UrdfError),
+    #[error("it is no XML: {0}")]
+    Xml(#[from] quick_xml::Error),
+    #[error("it is no XML: {0}")]
+    Attribute(#[from] quick_xml::events::attributes::AttrError),
+    #[error("it ends early")]
+    Early,
+    #[error("it has no element <robot> around all others")]
+    NoRobot,
+    #[error(
+        "a fixed joint lacks its parent or its child, or its origin is not of three numbers each"
+    )]
+    Joint,
+}
+
+#[derive(Default)]
+struct Joint {
+    parent: Option<String>,
+    child: Option<String>,
+    xyz: [f64; 3],
+    rpy: [f64; 3],
 }
 
 /// The transforms of all fixed joints. Where the others stand is not in the description.
@@ -24,46 +37,84 @@ pub enum DescriptionError {
 /// # Errors
 /// Text that is no URDF.
 pub fn fixed_joints(urdf: &str) -> Result<Vec<TransformMessage>, DescriptionError> {
-    if deepest(urdf) > DEEPEST {
-        return Err(DescriptionError::TooDeep);
+    let mut reader = Reader::from_str(urdf);
+    let (mut depth, mut is_robot) = (0_usize, false);
+    let mut fixed: Option<Joint> = None;
+    let mut joints = Vec::new();
+    loop {
+        let event = reader.read_event()?;
+        match &event {
+            Event::Start(tag) | Event::Empty(tag) => match (depth, tag.name().as_ref()) {
+                (0, b"robot") => is_robot = true,
+                (0, _) => return Err(DescriptionError::NoRobot),
+                (1, b"joint") => {
+                    let is_fixed = attribute(tag, "type")?.as_deref() == Some("fixed");
+                    fixed = is_fixed.then(Joint::default);
+                }
+                (2, _) => {
+                    if let Some(joint) = &mut fixed {
+                        joint.take(tag)?;
+                    }
+                }
+                _ => {}
+            },
+            _ => {}
+        }
+        match event {
+            Event::Start(_) => depth += 1,
+            Event::End(_) => depth = depth.saturating_sub(1),
+            Event::Eof if depth > 0 => return Err(DescriptionError::Early),
+            Event::Eof if is_robot => return Ok(joints),
+            Event::Eof => return Err(DescriptionError::NoRobot),
+            _ => {}
+        }
+        if depth < 2
+            && let Some(joint) = fixed.take()
+        {
+            joints.push(joint.transform().ok_or(DescriptionError::Joint)?);
+        }
     }
-    let robot = urdf_rs::read_from_string(urdf)?;
-    let fixed = robot
-        .joints
-        .into_iter()
-        .filter(|joint| matches!(joint.joint_type, JointType::Fixed));
-    Ok(fixed
-        .map(|joint| {
-            let ([x, y, z], [roll, pitch, yaw]) = (*joint.origin.xyz, *joint.origin.rpy);
-            let is_finite = [x, y, z, roll, pitch, yaw].iter().all(|n| n.is_finite());
-            TransformMessage {
-                stamp_ns: 0,
-                parent: joint.parent.link,
-                child: joint.child.link,
-                parent_from_child: is_finite.then(|| {
-                    Isometry3::from_parts(
-                        Translation3::new(x, y, z),
-                        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-                    )
-                }),
-            }
-        })
-        .collect())
 }
 
-/// How deep elements are nested; comments count as if they were none.
-fn deepest(xml: &str) -> usize {
-    let (mut depth, mut deepest) = (0_usize, 0);
-    for tag in xml.split('<').skip(1) {
-        match tag.chars().next() {
-            Some('/') => depth = depth.saturating_sub(1),
-            Some('!' | '?') => {}
-            _ if tag.split('>').next().is_some_and(|t| t.ends_with('/')) => {}
-            _ => depth += 1,
+impl Joint {
+    fn take(&mut self, tag: &BytesStart<'_>) -> Result<(), DescriptionError> {
+        match tag.name().as_ref() {
+            b"parent" => self.parent = attribute(tag, "link")?,
+            b"child" => self.child = attribute(tag, "link")?,
+            b"origin" => {
+                for (key, place) in [("xyz", &mut self.xyz), ("rpy", &mut self.rpy)] {
+                    if let Some(text) = attribute(tag, key)? {
+                        let numbers = text.split_whitespace().map(str::parse);
+                        let numbers: Result<Vec<f64>, _> = numbers.collect();
+                        let three = numbers.ok().and_then(|numbers| numbers.try_into().ok());
+                        *place = three.ok_or(DescriptionError::Joint)?;
+                    }
+                }
+            }
+            _ => {}
         }
-        deepest = deepest.max(depth);
+        Ok(())
     }
-    deepest
+
+    fn transform(self) -> Option<TransformMessage> {
+        let ([x, y, z], [roll, pitch, yaw]) = (self.xyz, self.rpy);
+        let is_place = [x, y, z].iter().all(|x| x.abs() <= FARTHEST);
+        let is_pose = is_place && [roll, pitch, yaw].iter().all(|n| n.is_finite());
+        let turn = || UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+        let pose = is_pose.then(|| Isometry3::from_parts(Translation3::new(x, y, z), turn()));
+        Some(TransformMessage {
+            stamp_ns: 0,
+            parent: name(&self.parent?).into_owned(),
+            child: name(&self.child?).into_owned(),
+            parent_from_child: pose,
+        })
+    }
+}
+
+fn attribute(tag: &BytesStart<'_>, key: &str) -> Result<Option<String>, DescriptionError> {
+    let attribute = tag.try_get_attribute(key)?;
+    let text = attribute.map(|attribute| attribute.unescape_value().map(Into::into));
+    Ok(text.transpose()?)
 }
 
 #[cfg(test)]
@@ -88,11 +139,27 @@ mod tests {
     }
 
     #[test]
+    fn a_joint_beyond_the_earth_holds_no_pose() {
+        let joint = |x: &str| {
+            let urdf = format!(
+                r#"<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">
+                <origin xyz="{x} 0 0"/><parent link="a"/><child link="b"/></joint></robot>"#
+            );
+            fixed_joints(&urdf).unwrap().remove(0).parent_from_child
+        };
+        assert!(joint("1e3").is_some());
+        assert_eq!(joint("1e308"), None);
+    }
+
+    #[test]
     fn what_is_no_description_is_refused() {
-        for text in ["", "hello", "<robot>", "<robot name='r'><joint/></robot>"] {
+        let joint = "<robot name='r'><joint type='fixed'/></robot>";
+        for text in ["", "hello", "<robot>", "<robot></a>", "<a/>", joint] {
             assert!(fixed_joints(text).is_err(), "{text}");
         }
         let deep = "<a>".repeat(1_000_000);
-        assert!(fixed_joints(&deep).unwrap_err().to_string().contains("200"));
+        assert!(fixed_joints(&deep).is_err());
+        let deep = format!("<robot>{deep}{}</robot>", "</a>".repeat(1_000_000));
+        assert!(fixed_joints(&deep).unwrap().is_empty());
     }
 }

@@ -1,18 +1,11 @@
 //! Why a log cannot be replayed, and what to do then.
 
-mod context;
-mod lists;
-mod missing;
+use std::path::{Path, PathBuf};
 
-use std::path::PathBuf;
-
-pub use lists::itemised;
-pub use missing::{MissingMount, UnplacedRing};
-
-use super::messages::MOST_SONARS;
+use super::container::{Loss, OpenError};
+use super::message::MOST_SONARS;
 use crate::core::legible::one_line;
 use crate::core::pattern::PatternError;
-use lists::{because, carried, lines, moves};
 
 /// Why a log cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -218,4 +211,203 @@ pub enum LogError {
         /// What could not be read.
         losses: Vec<String>,
     },
+}
+
+impl LogError {
+    /// The same, in one line.
+    pub fn in_short(&self) -> String {
+        match self {
+            Self::NoMount(missing) => {
+                let name = &missing.sonar;
+                let why = &missing.why;
+                format!("it has no mounting pose, {why}. Record /tf_static, or give x, y and yaw under [sonar.\"{name}\"]")
+            }
+            Self::NoBeamWidth { sonar, .. } => format!(
+                "it has no beam width, its field_of_view is no angle above 0. Set beam_width under [sonar.\"{sonar}\"]"
+            ),
+            Self::NoRobotFrame { .. } => {
+                "its mount is not in the configuration, and the odometry does not name the frame that it moves. \
+                 Set input.robot_frame".to_owned()
+            }
+            other => other.to_string(),
+        }
+    }
+
+    /// Whether the log may be well, and only the configuration does not say enough of it.
+    pub fn wants_configuration(&self) -> bool {
+        match self {
+            Self::Io { .. }
+            | Self::Empty { .. }
+            | Self::NotMcap { .. }
+            | Self::NoFile { .. }
+            | Self::Unreadable { .. }
+            | Self::Damaged { .. } => false,
+            // Of a log without channels nothing can be configured.
+            Self::NoRanges { found, .. } | Self::NoOdometry { found, .. } => !found.is_empty(),
+            Self::Noted { source, .. } => source.wants_configuration(),
+            _ => true,
+        }
+    }
+
+    /// The same, and what else a person should know.
+    pub fn noting(self, notes: Vec<String>) -> Self {
+        if notes.is_empty() {
+            return self;
+        }
+        Self::Noted {
+            source: Box::new(self),
+            notes,
+        }
+    }
+
+    /// What is missing may be what was lost.
+    pub fn after(self, losses: &[Loss]) -> Self {
+        if losses.is_empty() {
+            return self;
+        }
+        let losses = losses.iter().map(ToString::to_string).collect();
+        match self {
+            Self::NoRanges { file, found, .. } if found.is_empty() => {
+                Self::Unreadable { file, losses }
+            }
+            error => Self::Damaged {
+                source: Box::new(error),
+                losses,
+            },
+        }
+    }
+
+    pub fn open(path: &Path, error: OpenError) -> Self {
+        let path = path.to_owned();
+        match error {
+            OpenError::Io(source) => Self::Io { path, source },
+            OpenError::Empty => Self::Empty { path },
+            OpenError::NotMcap => Self::NotMcap { path },
+            OpenError::NoFile => Self::NoFile { path },
+        }
+    }
+}
+
+/// A sonar whose place on the robot is unknown.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
+     configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
+     yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
+    list("Frames with a transform:", .frames)
+)]
+pub struct MissingMount {
+    /// The sonar's name.
+    pub sonar: String,
+    /// Its topic.
+    pub topic: String,
+    /// Its frame.
+    pub frame: String,
+    /// The robot's frame.
+    pub robot_frame: String,
+    /// What stands in the way.
+    pub why: String,
+    /// Every frame of the transform tree.
+    pub frames: std::sync::Arc<[String]>,
+}
+
+/// Points of a sonar ring, without the mounts of its sonars.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "the points on {topic} do not say where the sonars are that they come from. Give the mount of each of the \
+     {} in the configuration, under any name (`tmam info --skeleton` prints all of it):\n\n    \
+     [sonar.\"{}\"]\n    x = 0.0          # m, in the robot's frame\n    y = 0.0          # m\n    \
+     yaw = {:.1}  # deg: where the beam looks\n    beam_width = 22.5\n    max_range = 5.0  # m: a point at it is no echo",
+    directions.len(),
+    self.name(0),
+    directions.first().copied().unwrap_or_default().to_degrees()
+)]
+pub struct UnplacedRing {
+    /// The topic.
+    pub topic: String,
+    /// Where the points of each sonar lie, seen from the robot: radians.
+    pub directions: Vec<f64>,
+}
+
+impl UnplacedRing {
+    /// What the sonar of the `index`-th point may be called.
+    pub fn name(&self, index: usize) -> String {
+        format!("sonar_{index:02}")
+    }
+}
+
+/// A line for every item, as far as anyone reads them.
+pub fn itemised(items: &[String]) -> String {
+    const SHOWN: usize = 10;
+    let mut text: String = items
+        .iter()
+        .take(SHOWN)
+        .map(|item| format!("\n  - {}", one_line(item)))
+        .collect();
+    if let more @ 1.. = items.len().saturating_sub(SHOWN) {
+        text.push_str(&format!(
+            "\n  - and {more} more; `tmam info --json` lists all of them"
+        ));
+    }
+    text
+}
+
+fn because(asked: &[String]) -> String {
+    if asked.is_empty() {
+        String::new()
+    } else {
+        format!(" on the topics asked for ({})", asked.join(", "))
+    }
+}
+
+/// `base_link` in `odom`, a line for each.
+fn moves(edges: &[(String, String)]) -> String {
+    let named = edges
+        .iter()
+        .map(|(parent, child)| format!("`{child}` in `{parent}`"));
+    itemised(&named.collect::<Vec<_>>())
+}
+
+/// What was not taken for odometry.
+fn carried(edges: &[(String, String)]) -> String {
+    if edges.is_empty() {
+        return String::new();
+    }
+    let world = edges.first().map_or("odom", |(_, child)| child);
+    format!(
+        "\nTransforms that move, and were not taken for odometry because the sonars' frame carries them:{}\nIf one \
+         of them is what the robot moves in, name it, and it is taken the other way round: input.world_frame = {}",
+        moves(edges),
+        one_line(&toml::Value::from(world).to_string())
+    )
+}
+
+/// A line for each of some items, as far as anyone reads them.
+fn lines(head: &str, items: &[String]) -> String {
+    match items {
+        [] => format!("{head} nothing."),
+        _ => format!("{head}:{}", itemised(items)),
+    }
+}
+
+fn list(head: &str, items: &[String]) -> String {
+    const SHOWN: usize = 16;
+    let more = items.len().saturating_sub(SHOWN);
+    let tail = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
+    match items {
+        [] => format!("{head} nothing."),
+        _ => format!(
+            "{head} {}{tail}.",
+            items
+                .iter()
+                .take(SHOWN)
+                .cloned()
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    }
 }

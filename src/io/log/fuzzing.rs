@@ -10,8 +10,8 @@ use std::rc::Rc;
 
 use super::container::{self, Channel, Schema, Unchecked};
 use super::decoder::Decoder;
-use super::value::Value;
-use super::{custom, description, json as json_text, messages};
+use super::value::Fields;
+use super::{custom, description, json as json_text, types};
 use crate::core::config::channel::ChannelFields;
 
 /// A fuzzed part.
@@ -49,10 +49,14 @@ pub fn custom(input: &[u8]) {
         return;
     };
     let fields: Result<ChannelFields, _> = serde_json::from_slice(description);
-    if let (Ok(fields), Ok(message)) = (fields, json_text::decode(message))
-        && fields.problem().is_none()
+    let Ok(described) = fields else {
+        return;
+    };
+    let paths = &custom::paths(&described);
+    if let Ok(values) = json_text::decode(message, paths)
+        && described.problem().is_none()
     {
-        let _ = custom::read(&fields, &message);
+        let _ = custom::read(&described, &Fields { paths, values });
     }
 }
 
@@ -99,16 +103,12 @@ fn message(encoding: &str, schema_encoding: &str, name: &str, input: &[u8]) {
             data: definition.to_vec(),
         }),
     };
-    if let Ok(decoder) = Decoder::of(&channel, &channel.schema.name)
-        && let Ok(value) = decoder.decode(message)
-    {
-        read_as_everything(&value);
-    }
-}
-
-fn read_as_everything(message: &Value) {
-    for (_, _, read) in messages::TYPES {
-        let _ = read(message);
+    for known in types::TYPES {
+        if let Ok(decoder) = Decoder::of(&channel, &channel.schema.name, known.paths())
+            && let Ok(fields) = decoder.decode(message)
+        {
+            let _ = (known.read)(&fields);
+        }
     }
 }
 

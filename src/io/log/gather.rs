@@ -1,59 +1,52 @@
-//! Collects what the messages say and puts it together: sonars with names and mounts, readings and
-//! odometry in stamp order.
-
-mod by_transforms;
-mod finish;
-mod hits;
-mod moving;
-mod renamed;
-mod stand_in;
-mod track;
+//! Collects what the messages of a log say, channel by channel.
 
 use std::collections::BTreeMap;
 
-pub use stand_in::STAND_IN;
-
-use nalgebra::Isometry3;
-
+use super::channels::Message;
 use super::description;
-use super::messages::{Content, HitsMessage, MOST_SONARS, OdometryMessage, RangeMessage, Role};
+use super::message::{Content, HitsMessage, MOST_SONARS, RangeMessage, Role, TransformMessage};
+use super::moving::Moving;
+use super::odometry::{Odometry, stamp};
 use super::sonars::{Source, SourceKey};
 use super::transforms::{Origin, TransformTree};
-use crate::core::event::{OdometrySample, RangeReading, SonarId};
-use crate::core::geometry::Pose2;
-use moving::Moving;
-use track::Odometry;
+use crate::core::event::{RangeReading, SonarId};
+
+/// Topic and frame of a message that stands in for all that is missing.
+pub const STAND_IN: &str = "(none)";
+
+/// More descriptions than this are passed over: a robot has one.
+const MOST_DESCRIPTIONS: usize = 16;
 
 /// Everything said so far.
 #[derive(Debug, Clone, Default)]
 pub struct Gatherer {
     /// Every sonar, in the order of their first readings.
-    sources: Vec<Source>,
+    pub sources: Vec<Source>,
     source_index: BTreeMap<SourceKey, usize>,
     /// Each with the place of its sonar in `sources` for an id.
-    readings: Vec<RangeReading>,
+    pub readings: Vec<RangeReading>,
     /// Whether there are more sonars than can be told apart.
-    crowded: bool,
-    tracks: BTreeMap<String, Odometry>,
-    transforms: TransformTree,
+    pub crowded: bool,
+    pub tracks: BTreeMap<String, Odometry>,
+    pub transforms: TransformTree,
     /// Transforms that may say where the robot was, as long as no odometry does.
-    moving: Moving,
+    pub moving: Moving,
     /// Points of sonar rings, with the topic and the time they were recorded.
-    hits: Vec<(String, i64, HitsMessage)>,
+    pub hits: Vec<(String, i64, HitsMessage)>,
     descriptions: usize,
-    notes: Vec<String>,
-    messages: u64,
-    unstamped: u64,
+    last_description: String,
+    pub notes: Vec<String>,
+    /// Those that are used whatever odometry is chosen.
+    pub messages: u64,
+    pub unstamped: u64,
 }
-
-/// More descriptions than this are passed over: a robot has one.
-const MOST_DESCRIPTIONS: usize = 16;
 
 impl Gatherer {
     /// Takes what one message says.
-    pub fn take(&mut self, role: Role, topic: &str, log_time: u64, content: Content) {
+    pub fn take(&mut self, message: Message<'_>, log_time: u64) {
+        let (role, topic) = (message.role, message.topic);
         let logged_ns = i64::try_from(log_time).unwrap_or(i64::MAX);
-        match content {
+        match message.content {
             Content::Ranges(ranges) => {
                 self.messages += 1;
                 self.unstamped += u64::from(ranges.first().is_some_and(|r| r.stamp_ns == 0));
@@ -75,23 +68,23 @@ impl Gatherer {
                 let may_move = origin == Origin::Moving && self.tracks.values().all(no_odometry);
                 for transform in transforms {
                     if may_move {
-                        let stamp_ns = stamp(transform.stamp_ns, logged_ns);
-                        let sample = |pose: &_| in_plane(stamp_ns, pose);
-                        self.moving.take(topic, logged_ns, &transform, sample);
+                        self.moving.take(topic, logged_ns, &transform);
                     }
                     self.transforms.add(transform, origin);
                 }
             }
             Content::Hits(hits) => self.hits.push((topic.to_owned(), logged_ns, hits)),
             Content::Crowd(_) => {}
+            // A latched topic repeats what it said.
+            Content::Description(urdf) if urdf == self.last_description => self.messages += 1,
             Content::Description(_) if self.descriptions >= MOST_DESCRIPTIONS => {}
-            Content::Description(urdf) => self.take_description(topic, &urdf),
+            Content::Description(urdf) => self.take_description(topic, urdf),
         }
     }
 
-    fn take_description(&mut self, topic: &str, urdf: &str) {
+    fn take_description(&mut self, topic: &str, urdf: String) {
         self.descriptions += 1;
-        match description::fixed_joints(urdf) {
+        match description::fixed_joints(&urdf) {
             Ok(joints) => {
                 self.messages += 1;
                 for joint in joints {
@@ -102,9 +95,10 @@ impl Gatherer {
                 "the robot's description on {topic} is left out: {error}"
             )),
         }
+        self.last_description = urdf;
     }
 
-    fn take_range(&mut self, topic: &str, logged_ns: i64, range: RangeMessage) {
+    pub fn take_range(&mut self, topic: &str, logged_ns: i64, range: RangeMessage) {
         let key = SourceKey {
             topic: topic.to_owned(),
             frame: range.frame_id,
@@ -142,37 +136,47 @@ impl Gatherer {
         });
     }
 
-    fn take_odometry(&mut self, role: Role, topic: &str, logged_ns: i64, message: OdometryMessage) {
+    fn take_odometry(&mut self, role: Role, topic: &str, logged_ns: i64, pose: TransformMessage) {
         if role == Role::Odometry {
             self.moving.clear();
         }
-        let track = self
-            .tracks
-            .entry(topic.to_owned())
-            .or_insert_with(|| Odometry::new(role));
-        track.messages += 1;
-        track.clock.take(message.stamp_ns, logged_ns);
-        track.unstamped += u64::from(message.stamp_ns == 0);
-        let Some(pose) = &message.world_from_robot else {
-            track.unusable += 1;
-            return;
-        };
-        let sample = in_plane(stamp(message.stamp_ns, logged_ns), pose);
-        track.take(&message.world_frame, &message.robot_frame, sample);
+        let track = self.tracks.entry(topic.to_owned());
+        let track = track.or_insert_with(|| Odometry::new(role));
+        track.take(logged_ns, &pose);
     }
-}
 
-/// A pose laid into the plane.
-fn in_plane(stamp_ns: i64, world_from_robot: &Isometry3<f64>) -> OdometrySample {
-    let forward = world_from_robot.rotation * nalgebra::Vector3::x();
-    let position = world_from_robot.translation.vector;
-    OdometrySample {
-        stamp_ns,
-        world_from_robot: Pose2::new(position.x, position.y, libm::atan2(forward.y, forward.x)),
+    /// Puts one invented message in the place of all that the log says in a role, to see past what stands
+    /// in a replay's way.
+    pub fn stand_in(&mut self, role: Role) {
+        match role {
+            Role::Range => {
+                self.sources.clear();
+                self.source_index.clear();
+                self.readings.clear();
+                self.hits.clear();
+                let reading = RangeMessage {
+                    max_range: 1.0,
+                    beam_width: 1.0,
+                    ..RangeMessage::plain(0, STAND_IN, f64::NAN)
+                };
+                self.take_range(STAND_IN, 0, reading);
+            }
+            Role::Odometry => {
+                self.tracks.clear();
+                let sample = TransformMessage {
+                    stamp_ns: 0,
+                    parent: String::new(),
+                    child: String::new(),
+                    parent_from_child: Some(nalgebra::Isometry3::identity()),
+                };
+                self.take_odometry(role, STAND_IN, 0, sample);
+            }
+            Role::Pose | Role::Transform | Role::Description => {}
+        }
     }
-}
 
-/// The message's own stamp, or the log's time where it has none.
-fn stamp(stamp_ns: i64, logged_ns: i64) -> i64 {
-    if stamp_ns == 0 { logged_ns } else { stamp_ns }
+    /// Forgets every odometry but one.
+    pub fn keep_odometry(&mut self, topic: &str) {
+        self.tracks.retain(|known, _| known == topic);
+    }
 }

@@ -1,16 +1,16 @@
 //! JSON messages. Their schema, where there is one, adds nothing to what the text says itself.
 
-use std::rc::Rc;
+use serde_json::Value as Json;
 
-use super::value::Value;
+use super::value::{NANOSECONDS, SECONDS, Value, time_of};
 
-/// Decodes one message. Names for numbers that JSON does not have, as Python writes them (`NaN`,
-/// `Infinity`, `-Infinity`), are read too.
+/// What stands at each path of a message. Names for numbers that JSON does not have, as Python writes them
+/// (`NaN`, `Infinity`, `-Infinity`), are read too.
 ///
 /// # Errors
 /// Text that is not JSON.
-pub fn decode(message: &[u8]) -> Result<Value, serde_json::Error> {
-    let parsed: Result<serde_json::Value, _> = serde_json::from_slice(message);
+pub fn decode(message: &[u8], paths: &[String]) -> Result<Vec<Value<'static>>, serde_json::Error> {
+    let parsed: Result<Json, _> = serde_json::from_slice(message);
     let json = match parsed {
         Ok(json) => json,
         Err(error) => match with_quoted_numbers(message) {
@@ -18,34 +18,53 @@ pub fn decode(message: &[u8]) -> Result<Value, serde_json::Error> {
             None => return Err(error),
         },
     };
-    Ok(value(json))
+    let at = |path: &String| match path.as_str() {
+        "" => Value::Nothing,
+        path => find(&json, path),
+    };
+    Ok(paths.iter().map(at).collect())
 }
 
-fn value(json: serde_json::Value) -> Value {
+fn find(json: &Json, path: &str) -> Value<'static> {
+    if path.is_empty() {
+        return value(json);
+    }
+    if let Json::Array(items) = json {
+        return Value::List(items.iter().map(|item| find(item, path)).collect());
+    }
+    let (name, rest) = path.split_once('.').unwrap_or((path, ""));
+    let name = name.strip_suffix("[]").unwrap_or(name);
+    json.get(name)
+        .map_or(Value::Nothing, |inner| find(inner, rest))
+}
+
+fn value(json: &Json) -> Value<'static> {
     match json {
-        serde_json::Value::Null => Value::Null,
-        serde_json::Value::Bool(truth) => Value::Int(truth.into()),
-        serde_json::Value::Number(number) => number.as_i64().map_or_else(
+        Json::Null => Value::Null,
+        Json::Bool(truth) => Value::Int((*truth).into()),
+        Json::Number(number) => number.as_i64().map_or_else(
             || Value::Float(number.as_f64().unwrap_or(f64::NAN)),
             Value::Int,
         ),
-        serde_json::Value::String(text) => Value::Text(text),
-        serde_json::Value::Array(items) => array(items),
-        serde_json::Value::Object(fields) => Value::Message(
-            fields
-                .into_iter()
-                .map(|(name, field)| (Rc::from(name), value(field)))
-                .collect(),
-        ),
+        Json::String(text) => Value::Text(text.clone().into()),
+        Json::Array(items) => {
+            let numbers: Option<Vec<f64>> = items.iter().map(Json::as_f64).collect();
+            numbers.map_or_else(
+                || Value::List(items.iter().map(value).collect()),
+                Value::Numbers,
+            )
+        }
+        Json::Object(fields) => {
+            let part = |names: &[&str]| {
+                let part = names.iter().find_map(|name| fields.get(*name))?;
+                value(part).as_integer()
+            };
+            match (part(&SECONDS), part(&NANOSECONDS)) {
+                (Some(seconds), Some(nanoseconds)) => Value::Time(time_of(seconds, nanoseconds)),
+                _ => Value::Message,
+            }
+        }
     }
-}
-
-fn array(items: Vec<serde_json::Value>) -> Value {
-    let numbers: Option<Vec<f64>> = items.iter().map(serde_json::Value::as_f64).collect();
-    numbers.map_or_else(
-        || Value::List(items.into_iter().map(value).collect()),
-        Value::Numbers,
-    )
 }
 
 /// The text with bare `NaN`, `Infinity` and `-Infinity` in quotes; `None` where it has none.
@@ -82,30 +101,55 @@ fn with_quoted_numbers(message: &[u8]) -> Option<Vec<u8>> {
 mod tests {
     use super::*;
 
+    fn values(text: &str, paths: &[&str]) -> Vec<Value<'static>> {
+        let paths: Vec<String> = paths.iter().map(|path| (*path).to_owned()).collect();
+        decode(text.as_bytes(), &paths).unwrap()
+    }
+
     #[test]
-    fn arrays_of_numbers_and_null() {
-        let value = decode(br#"{"a":[1,2.5,null],"b":[1,2],"c":[],"d":{"e":true}}"#).unwrap();
-        assert_eq!(value.distances("a"), Ok(vec![1.0, 2.5, f64::INFINITY]));
-        assert_eq!(value.get("b"), Some(&Value::Numbers(vec![1.0, 2.0])));
-        assert_eq!(value.list("c"), Ok(&[][..]));
-        assert_eq!(value.number("d.e"), Ok(1.0));
+    fn arrays_of_numbers_and_of_messages() {
+        let text = r#"{"a":[1,2.5,null],"b":[1,2],"c":[],"d":{"e":true},"f":[{"x":1},{}]}"#;
+        let paths = ["a", "b[]", "c", "d.e", "f.x", "d", "d.x"];
+        let (one, null) = (Value::Int(1), Value::Null);
+        let expected = [
+            Value::List(vec![one.clone(), Value::Float(2.5), null]),
+            Value::Numbers(vec![1.0, 2.0]),
+            Value::Numbers(Vec::new()),
+            one.clone(),
+            Value::List(vec![one, Value::Nothing]),
+            Value::Message,
+            Value::Nothing,
+        ];
+        assert_eq!(values(text, &paths), expected);
+    }
+
+    #[test]
+    fn a_time_goes_by_many_names() {
+        for (seconds, nanoseconds) in [("sec", "nanosec"), ("secs", "nsecs"), ("seconds", "nanos")]
+        {
+            let text = format!(r#"{{"t":{{"{seconds}":"2","{nanoseconds}":500}}}}"#);
+            assert_eq!(values(&text, &["t"]), [Value::Time(2_000_000_500)]);
+        }
+        assert_eq!(values(r#"{"t":{"sec":2}}"#, &["t"]), [Value::Message]);
     }
 
     #[test]
     fn pythons_numbers_are_read_and_texts_left_alone() {
-        let value = decode(br#"{"a":[NaN,Infinity,-Infinity],"b":"\"NaN"}"#).unwrap();
-        let numbers = value.distances("a").unwrap();
-        assert!(numbers[0].is_nan());
-        assert_eq!(numbers[1..], [f64::INFINITY, f64::NEG_INFINITY]);
-        assert_eq!(value.text("b"), Ok("\"NaN"));
+        let found = values(r#"{"a":[NaN,-Infinity],"b":"\"NaN"}"#, &["a", "b"]);
+        let Value::List(numbers) = &found[0] else {
+            panic!()
+        };
+        assert!(numbers[0].as_number().unwrap().is_nan());
+        assert_eq!(numbers[1].as_number(), Some(f64::NEG_INFINITY));
+        assert_eq!(found[1], Value::Text("\"NaN".into()));
     }
 
     #[test]
     fn what_is_not_json_is_refused() {
         for text in ["", "{", "[1,", "{\"a\":NaN", "\"\\", "nil"] {
-            assert!(decode(text.as_bytes()).is_err(), "{text}");
+            assert!(decode(text.as_bytes(), &[]).is_err(), "{text}");
         }
         let deep = "[".repeat(100_000);
-        assert!(decode(deep.as_bytes()).is_err());
+        assert!(decode(deep.as_bytes(), &[]).is_err());
     }
 }

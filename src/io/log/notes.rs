@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::channels::ChannelReport;
 use super::container::Loss;
-use super::messages::Role;
-use super::strays::few;
+use super::message::Role;
 use crate::core::legible::one_line;
-use crate::core::wording::counted;
+use crate::core::wording::{counted, few};
 
 /// Why a channel of odometry is of no use although its messages are read.
 pub const NO_POSE: &str =

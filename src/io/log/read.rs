@@ -3,14 +3,26 @@
 use std::io::{Read, Seek};
 use std::path::Path;
 
-use super::LogError;
+use super::assemble::assemble;
 use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
-use super::container::{self, Channel, Loss, RawMessage, Unchecked};
+use super::container::{self, Channel, Loss, OpenError, RawMessage, Unchecked};
+use super::error::LogError;
 use super::gather::Gatherer;
 use super::truth::RecordedTruth;
 use crate::core::config::Config;
+use crate::core::legible::name;
 use crate::core::log::Log;
+
+/// The messages of a log, decoded once, to be put together under one configuration after another.
+#[derive(Debug)]
+pub struct Gathered {
+    file: String,
+    gatherer: Gatherer,
+    channels: Vec<ChannelReport>,
+    losses: Vec<Loss>,
+    truth: RecordedTruth,
+}
 
 /// Reads a log.
 ///
@@ -18,11 +30,8 @@ use crate::core::log::Log;
 /// When nothing of it could be replayed; see [`LogError`]. Damage is no error: what could not be
 /// read is in [`Log::losses`].
 pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
-    let mut visits = Visits::new(config, length(path))?;
-    let take = &mut |channel: &Channel, message: RawMessage<'_>| visits.take(channel, message);
-    let walked = container::walk(path, unchecked(config), take);
-    let losses = walked.map_err(|error| LogError::open(path, error))?;
-    visits.finish(file_name(path), config, losses)
+    let gathered = Gathered::open(path, config, false)?;
+    gathered.into_log(config).map(|(log, _)| log)
 }
 
 /// Reads a log together with the truth that it carries.
@@ -30,14 +39,7 @@ pub fn read(path: &Path, config: &Config) -> Result<Log, LogError> {
 /// # Errors
 /// As [`read`].
 pub fn read_with_truth(path: &Path, config: &Config) -> Result<(Log, RecordedTruth), LogError> {
-    let mut visits = Visits::new(config, length(path))?;
-    let mut truth = RecordedTruth::default();
-    let walked = container::walk(path, unchecked(config), &mut |channel, message| {
-        truth.take(channel, message);
-        visits.take(channel, message);
-    });
-    let losses = walked.map_err(|error| LogError::open(path, error))?;
-    finish_with_truth(visits, truth, file_name(path), config, losses)
+    Gathered::read(path, config)?.into_log(config)
 }
 
 /// [`read_with_truth`] over anything that can be read from any place; `file` is what it is called.
@@ -49,81 +51,108 @@ pub fn read_with_truth_in<R: Read + Seek>(
     file: &str,
     config: &Config,
 ) -> Result<(Log, RecordedTruth), LogError> {
-    let failed = |error: container::OpenError| LogError::open(Path::new(file), error);
+    let path = Path::new(file);
     let bytes = input.seek(std::io::SeekFrom::End(0));
-    let bytes = bytes.map_err(|error| failed(error.into()))?;
-    let mut visits = Visits::new(config, bytes)?;
-    let mut truth = RecordedTruth::default();
-    let walked = container::walk_in(input, unchecked(config), &mut |channel, message| {
-        truth.take(channel, message);
-        visits.take(channel, message);
-    });
-    let losses = walked.map_err(failed)?;
-    finish_with_truth(visits, truth, file.to_owned(), config, losses)
+    let bytes = bytes.map_err(|error| LogError::open(path, error.into()))?;
+    let walk = |take: &mut Take<'_>| container::walk_in(input, unchecked(config), take);
+    Gathered::new(path, bytes, config, true, walk)?.into_log(config)
 }
 
-fn finish_with_truth(
-    visits: Visits,
-    truth: RecordedTruth,
-    file: String,
-    config: &Config,
-    losses: Vec<Loss>,
-) -> Result<(Log, RecordedTruth), LogError> {
-    let mut log = visits.finish(file, config, losses)?;
-    log.losses.extend(truth.loss());
-    Ok((log, truth))
-}
+type Take<'t> = dyn FnMut(&Channel, RawMessage<'_>) + 't;
 
-/// What the messages of a log give, one after the other.
-pub(super) struct Visits {
-    channels: Channels,
-    gatherer: Gatherer,
-    budget: Budget,
-}
+impl Gathered {
+    /// Reads a log with its truth. Of the configuration only what chooses and decodes messages matters:
+    /// topics and `channel`.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn read(path: &Path, config: &Config) -> Result<Self, LogError> {
+        Self::open(path, config, true)
+    }
 
-impl Visits {
-    pub(super) fn new(config: &Config, file_bytes: u64) -> Result<Self, LogError> {
+    fn open(path: &Path, config: &Config, with_truth: bool) -> Result<Self, LogError> {
+        let walk = |take: &mut Take<'_>| container::walk(path, unchecked(config), take);
+        Self::new(path, length(path), config, with_truth, walk)
+    }
+
+    fn new(
+        path: &Path,
+        bytes: u64,
+        config: &Config,
+        with_truth: bool,
+        walk: impl FnOnce(&mut Take<'_>) -> Result<Vec<Loss>, OpenError>,
+    ) -> Result<Self, LogError> {
+        let mut channels = Channels::new(config)?;
+        let mut gatherer = Gatherer::default();
+        let mut budget = Budget::new(config, bytes);
+        let mut truth = RecordedTruth::default();
+        let losses = walk(&mut |channel, message| {
+            if with_truth {
+                truth.take(channel, message);
+            }
+            if let Some(read) = channels.read(channel, message, &mut budget) {
+                gatherer.take(read, message.log_time);
+            }
+        });
+        let losses = losses.map_err(|error| LogError::open(path, error))?;
+        let file = file_name(path);
+        budget.check(&file)?;
         Ok(Self {
-            channels: Channels::new(config)?,
-            gatherer: Gatherer::default(),
-            budget: Budget::new(config, file_bytes),
+            file,
+            gatherer,
+            channels: channels.into_reports(),
+            losses,
+            truth,
         })
     }
 
-    pub(super) fn take(&mut self, channel: &Channel, message: RawMessage<'_>) {
-        let budget = &mut self.budget;
-        if let Some((role, content)) = self.channels.read(channel, message, budget) {
-            let topic = &channel.topic;
-            self.gatherer.take(role, topic, message.log_time, content);
-        }
-    }
-
-    fn finish(self, file: String, config: &Config, losses: Vec<Loss>) -> Result<Log, LogError> {
-        let (gatherer, channels) = self.into_parts(&file)?;
-        let lost = losses.clone();
-        match gatherer.finish(file, config, channels, losses) {
-            Ok(finished) => Ok(finished.log),
-            Err(stopped) => Err(stopped.into_error(&lost)),
-        }
-    }
-
-    /// What was gathered, and of which channels.
+    /// The log under a configuration.
     ///
     /// # Errors
-    /// When it was more than is held.
-    pub(super) fn into_parts(self, file: &str) -> Result<(Gatherer, Vec<ChannelReport>), LogError> {
-        self.budget.check(file)?;
-        Ok((self.gatherer, self.channels.into_reports()))
+    /// As [`read`].
+    pub fn log(&self, config: &Config) -> Result<Log, LogError> {
+        let (gatherer, channels) = (self.gatherer.clone(), self.channels.clone());
+        let found = assemble(gatherer, self.file.clone(), config, channels, &self.losses);
+        let mut log = found
+            .map_err(|stopped| stopped.into_error(&self.losses))?
+            .log;
+        log.losses.extend(self.truth.loss());
+        Ok(log)
+    }
+
+    fn into_log(self, config: &Config) -> Result<(Log, RecordedTruth), LogError> {
+        let found = assemble(
+            self.gatherer,
+            self.file,
+            config,
+            self.channels,
+            &self.losses,
+        );
+        let mut log = found
+            .map_err(|stopped| stopped.into_error(&self.losses))?
+            .log;
+        log.losses.extend(self.truth.loss());
+        Ok((log, self.truth))
+    }
+
+    /// Its file name, without directories.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// The truth that the log carries.
+    pub fn truth(&self) -> &RecordedTruth {
+        &self.truth
     }
 }
 
 /// Bytes of a file; 0 where it cannot be told, which opening it will say.
-pub(super) fn length(path: &Path) -> u64 {
+pub fn length(path: &Path) -> u64 {
     std::fs::metadata(path).map_or(0, |metadata| metadata.len())
 }
 
 /// What the configuration says of messages without a checksum that holds.
-pub(super) fn unchecked(config: &Config) -> Unchecked {
+pub fn unchecked(config: &Config) -> Unchecked {
     if config.input.trust_unchecked {
         Unchecked::Used
     } else {
@@ -132,9 +161,10 @@ pub(super) fn unchecked(config: &Config) -> Unchecked {
 }
 
 /// A file's name, without its directories.
-pub(super) fn file_name(path: &Path) -> String {
-    path.file_name().map_or_else(
+pub fn file_name(path: &Path) -> String {
+    let file = path.file_name().map_or_else(
         || path.display().to_string(),
         |name| name.to_string_lossy().into_owned(),
-    )
+    );
+    name(&file).into_owned()
 }

@@ -1,23 +1,79 @@
-//! Names and mounts of the sonars, and their readings in order.
+//! The sonars: their names, mounts and beams, and their readings in order.
 
-mod mounts;
-mod names;
-mod notes;
-mod source;
-
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::sync::Arc;
 
-pub use source::{Source, SourceKey};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::LogError;
-use super::transforms::{Mount, TransformTree};
+use super::error::{LogError, MissingMount};
+use super::stamps::Clock;
+use super::transforms::{Mount, NoMount, TransformTree};
 use crate::core::config::{Config, SonarOverride};
 use crate::core::event::{RangeReading, Sonar, SonarId};
 use crate::core::geometry::Pose2;
-use crate::core::wording::counted;
-pub use notes::TOO_WIDE;
-pub use source::WIDEST_BEAM;
-use source::{is_senseless, usable};
+use crate::core::wording::{counted, few, plural};
+
+/// What tells one sonar from another.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SourceKey {
+    /// The topic its readings come on.
+    pub topic: String,
+    /// Its frame.
+    pub frame: String,
+    /// Its place in a message that holds several.
+    pub element: Option<usize>,
+}
+
+/// A sonar of which only the messages are known.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// What tells it from the others.
+    pub key: SourceKey,
+    /// The beam in its first message: its axis is x.
+    pub frame_from_beam: Isometry3<f64>,
+    /// Whether a later message has the beam elsewhere.
+    pub turned: bool,
+    /// Beam width in its first message that has one, radians.
+    beam_width: Option<f64>,
+    /// What that is where neither messages nor configuration say it, radians.
+    likely_beam_width: Option<f64>,
+    /// When its messages were stamped and recorded.
+    pub clock: Clock,
+}
+
+impl Source {
+    /// A sonar before its first reading.
+    pub fn new(key: &SourceKey, frame_from_beam: Isometry3<f64>) -> Self {
+        Self {
+            key: key.clone(),
+            frame_from_beam,
+            turned: false,
+            beam_width: None,
+            likely_beam_width: None,
+            clock: Clock::default(),
+        }
+    }
+
+    /// Takes what a message says of the beam's width, radians; 0 or NaN for nothing.
+    pub fn learn(&mut self, beam_width: f64, likely_beam_width: f64) {
+        self.beam_width = self.beam_width.or(usable(beam_width));
+        self.likely_beam_width = self.likely_beam_width.or(usable(likely_beam_width));
+    }
+}
+
+/// A sonar's beam is narrower than this, radians.
+pub const WIDEST_BEAM: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Whether a beam is wider than any sonar's, as one that a driver gives in degrees.
+fn is_senseless(width: f64) -> bool {
+    width >= WIDEST_BEAM
+}
+
+/// A beam width that is one, radians.
+fn usable(width: f64) -> Option<f64> {
+    (width > 0.0 && width.is_finite()).then_some(width)
+}
 
 /// What sonars are placed by.
 #[derive(Debug, Clone, Copy)]
@@ -30,8 +86,9 @@ pub struct Placing<'a> {
     pub world_frame: &'a str,
     /// Frame that the odometry moves; empty where it does not say it.
     pub robot_frame: &'a str,
-    /// All transforms of the log.
     pub transforms: &'a TransformTree,
+    /// All frames of the transforms.
+    pub frames: &'a Arc<[String]>,
     /// What the user knows of sonars.
     pub config: &'a Config,
 }
@@ -51,7 +108,6 @@ pub struct Placed {
 #[derive(Debug)]
 pub struct LeftOut {
     sonar: String,
-    index: usize,
     readings: u64,
     /// What is missing.
     pub why: LogError,
@@ -130,41 +186,35 @@ impl Placing<'_> {
                 Err(why) => left_out.push((index, why)),
             }
         }
-        notes.extend(self::notes::on_mounts(&mounts));
+        notes.extend(on_mounts(&mounts));
         if sonars.is_empty() && !left_out.is_empty() {
             return Err(left_out.swap_remove(0).1);
         }
-        let mut left_out: Vec<LeftOut> = left_out
-            .into_iter()
-            .filter_map(|(index, why)| {
-                Some(LeftOut {
-                    sonar: named.get(index)?.name.clone(),
-                    index,
-                    readings: 0,
-                    why,
-                })
-            })
-            .collect();
         let mut widths = vec![0_u64; named.len()];
+        let mut unplaced = vec![0_u64; named.len()];
         readings.retain_mut(|reading| {
             let index = reading.sonar.index();
             match (named.get(index), ids.get(index), widths.get_mut(index)) {
                 (Some(sonar), Some(Some(id)), Some(lacking)) => {
                     reading.sonar = *id;
                     *lacking += u64::from(self.complete(sonar, reading));
-                    true
+                    return true;
                 }
-                _ => {
-                    if let Some(sonar) = left_out.iter_mut().find(|sonar| sonar.index == index) {
-                        sonar.readings += 1;
-                    }
-                    false
-                }
+                _ => unplaced.get_mut(index).into_iter().for_each(|n| *n += 1),
             }
+            false
         });
+        let left_out = left_out.into_iter().filter_map(|(index, why)| {
+            Some(LeftOut {
+                sonar: named.get(index)?.name.clone(),
+                readings: *unplaced.get(index)?,
+                why,
+            })
+        });
+        let left_out = left_out.collect();
         let placed: Vec<&Named<'_>> = mounts.iter().map(|(sonar, _)| *sonar).collect();
-        notes.extend(self::notes::on_missing_widths(&named, &widths));
-        notes.extend(self::notes::on_senseless_widths(&placed, self));
+        notes.extend(on_missing_widths(&named, &widths));
+        notes.extend(on_senseless_widths(&placed, self));
         let place = |r: &RangeReading| (r.stamp_ns, r.sonar);
         if !readings.is_sorted_by_key(place) {
             readings.sort_by_key(place); // which takes memory
@@ -231,8 +281,255 @@ impl Placing<'_> {
         reading.max_range = known.max_range.unwrap_or(reading.max_range);
         own.is_none() && known.beam_width.is_none() && sonar.source.beam_width.is_some()
     }
+
+    fn mount(&self, sonar: &Named<'_>, robot_frame: &str) -> Result<Mount, LogError> {
+        let source = sonar.source;
+        let found = match (mount_of(&sonar.known), sonar.frame_mount) {
+            (Some(robot_from_sensor), _) => Ok(Mount {
+                robot_from_sensor,
+                tilt: None,
+                moved: false,
+            }),
+            (None, Some(robot_from_frame)) => {
+                Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
+            }
+            (None, None) if sonar.ring.has_mount() => self
+                .transforms
+                .mount(robot_frame, &source.key.frame, &Isometry3::identity())
+                .and_then(|frame| {
+                    let robot_from_frame = frame.overridden(&sonar.ring).robot_from_sensor;
+                    Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
+                }),
+            (None, None) => {
+                self.transforms
+                    .mount(robot_frame, &source.key.frame, &source.frame_from_beam)
+            }
+        };
+        let found = found.map(|mount| mount.overridden(&sonar.known));
+        found.map_err(|why| {
+            LogError::NoMount(Box::new(MissingMount {
+                sonar: sonar.name.clone(),
+                topic: source.key.topic.clone(),
+                frame: source.key.frame.clone(),
+                robot_frame: robot_frame.to_owned(),
+                why: self.explain(why, &source.key.frame, robot_frame),
+                frames: Arc::clone(self.frames),
+            }))
+        })
+    }
+
+    fn explain(&self, why: NoMount, frame: &str, robot_frame: &str) -> String {
+        match why {
+            NoMount::Unconnected if frame.is_empty() => "its messages name no frame".to_owned(),
+            NoMount::Unconnected if self.transforms.is_unusable(frame) => {
+                format!(
+                    "the transform of `{frame}` holds no pose (NaN, farther off than 100,000 km, or a quaternion of zero)"
+                )
+            }
+            NoMount::Unconnected => format!("no transform joins it to `{robot_frame}`"),
+            NoMount::Vertical => "its beam points straight up or down".to_owned(),
+            NoMount::Far => "it lies farther off than 100,000 km".to_owned(),
+        }
+    }
+
+    /// A sonar's name: its frame, or its topic where two topics share the frame; and its place in
+    /// the message, where that holds several.
+    fn name<'s>(&self, sources: &'s [Source], notes: &mut Vec<String>) -> Vec<Named<'s>> {
+        let origins: BTreeSet<(&str, &str)> = sources
+            .iter()
+            .map(|s| (s.key.topic.as_str(), s.key.frame.as_str()))
+            .collect();
+        let (mut on_topic, mut in_frame) = (BTreeMap::new(), BTreeMap::new());
+        for (topic, frame) in &origins {
+            *on_topic.entry(*topic).or_insert(0) += 1;
+            *in_frame.entry(*frame).or_insert(0) += 1;
+        }
+        let mut unused: BTreeSet<&str> = self.config.sonar.keys().map(String::as_str).collect();
+        let named = sources.iter().map(|source| {
+            let (topic, frame) = (source.key.topic.as_str(), source.key.frame.as_str());
+            let only_of_topic = on_topic.get(topic) == Some(&1);
+            let only_of_frame = in_frame.get(frame) == Some(&1);
+            let whole = match (frame.is_empty(), only_of_frame, only_of_topic) {
+                (false, true, _) => frame.to_owned(),
+                (_, _, true) => topic.to_owned(),
+                _ => format!("{topic}:{frame}"),
+            };
+            let name = match source.key.element {
+                Some(element) => format!("{whole}[{element}]"),
+                None => whole.clone(),
+            };
+            unused.remove(whole.as_str());
+            unused.remove(name.as_str());
+            let of = |name: &str| self.config.sonar.get(name).cloned().unwrap_or_default();
+            let ring = source.key.element.map(|_| of(&whole)).unwrap_or_default();
+            let own = of(&name);
+            Named {
+                source,
+                name,
+                frame_mount: mount_of(&ring),
+                known: SonarOverride {
+                    beam_width: own.beam_width.or(ring.beam_width),
+                    min_range: own.min_range.or(ring.min_range),
+                    max_range: own.max_range.or(ring.max_range),
+                    ..own
+                },
+                ring,
+            }
+        });
+        let named = named.collect();
+        notes.extend(unused.into_iter().map(|name| {
+            format!("the configuration describes sonar `{name}`, which the log does not have")
+        }));
+        named
+    }
+
+    /// The frame that the odometry moves: as it says, or else the one that carries every sonar
+    /// whose mount is not in the configuration.
+    fn robot_frame(
+        &self,
+        named: &[Named<'_>],
+        notes: &mut Vec<String>,
+    ) -> Result<String, NoRobotFrame> {
+        let mut to_mount = named
+            .iter()
+            .filter(|sonar| mount_of(&sonar.known).is_none() && sonar.frame_mount.is_none())
+            .map(|sonar| sonar.source.key.frame.as_str())
+            .peekable();
+        if !self.robot_frame.is_empty() || to_mount.peek().is_none() {
+            return Ok(self.robot_frame.to_owned());
+        }
+        let frames: BTreeSet<&str> = to_mount.collect();
+        let mut carriers: BTreeSet<&str> = frames
+            .iter()
+            .filter_map(|frame| self.transforms.carrier(frame, self.world_frame))
+            .collect();
+        // Messages that give their beams in the robot's own frame need no transform.
+        if carriers.is_empty() && frames.len() == 1 {
+            carriers = frames;
+            carriers.retain(|frame| frame.starts_with("base"));
+        }
+        let mut found = carriers.iter();
+        if let (Some(carrier), None) = (found.next(), found.next()) {
+            notes.push(format!(
+                "{} does not name the frame that it moves; `{carrier}` is taken, which carries the sonars \
+                 (input.robot_frame sets another)",
+                self.odometry_topic
+            ));
+            return Ok((*carrier).to_owned());
+        }
+        Err(NoRobotFrame {
+            carriers: carriers.into_iter().map(Into::into).collect(),
+        })
+    }
 }
 
 fn mount_of(known: &SonarOverride) -> Option<Pose2> {
     Some(Pose2::new(known.x?, known.y?, known.yaw?))
+}
+
+fn in_space(pose: Pose2) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw);
+    Isometry3::from_parts([pose.x, pose.y, 0.0].into(), turn)
+}
+
+/// What a note on beams that no sonar has says of them.
+pub const TOO_WIDE: &str = "wider than any sonar's";
+
+/// Mounts that are not what they are taken for.
+fn on_mounts(mounts: &[(&Named<'_>, Mount)]) -> Vec<String> {
+    let of = |test: &dyn Fn(&Named<'_>, &Mount) -> bool| -> Vec<&Named<'_>> {
+        let some = mounts.iter().filter(|(sonar, mount)| test(sonar, mount));
+        some.map(|(sonar, _)| *sonar).collect()
+    };
+    let told = |sonars: Vec<&Named<'_>>, one: &str, many: &str| match sonars.len() {
+        0 => None,
+        1 => Some(one.replace("{}", &which(&sonars))),
+        _ => Some(many.replace("{}", &which(&sonars))),
+    };
+    let tilts = mounts.iter().filter_map(|(_, mount)| mount.tilt);
+    let most = tilts
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0);
+    let most = format!("{:.1} deg out of the plane", most.to_degrees());
+    let notes = [
+        told(
+            of(&|_, mount| mount.tilt.is_some()),
+            &format!(
+                "{{}} is tilted {most}; its mount is projected and its ranges are taken as they are"
+            ),
+            &format!(
+                "{{}} are tilted up to {most}; their mounts are projected and their ranges are taken as they are"
+            ),
+        ),
+        told(
+            of(&|_, mount| mount.moved),
+            "the mount of {} moves on /tf; its first pose is taken for the whole log",
+            "the mounts of {} move on /tf; their first poses are taken for the whole log",
+        ),
+        told(
+            of(&|sonar, _| sonar.source.turned),
+            "the beam of {} turns in its messages; its first bearing is taken for the whole log",
+            "the beams of {} turn in their messages; their first bearings are taken for the whole log",
+        ),
+    ];
+    notes.into_iter().flatten().collect()
+}
+
+/// Readings without beam width, of sonars whose other readings have one; `lacking` counts them sonar by
+/// sonar.
+fn on_missing_widths(named: &[Named<'_>], lacking: &[u64]) -> Option<String> {
+    let some: Vec<(&Named<'_>, u64)> = (named.iter().zip(lacking.iter().copied()))
+        .filter(|(_, lacking)| *lacking > 0)
+        .collect();
+    let readings = some.iter().map(|(_, lacking)| lacking).sum();
+    let widths = some.iter().filter_map(|(sonar, _)| sonar.source.beam_width);
+    let first = widths.clone().next()?.to_degrees();
+    let all_same = widths.clone().all(|width| width.to_degrees() == first);
+    let sonars: Vec<&Named<'_>> = some.iter().map(|(sonar, _)| *sonar).collect();
+    let whose = if sonars.len() == 1 { "its" } else { "their" };
+    let taken = if all_same {
+        format!("the {first:.1} deg that {whose} others give are taken")
+    } else {
+        format!("what {whose} others give is taken")
+    };
+    let verb = if readings == 1 { "gives" } else { "give" };
+    Some(format!(
+        "{} of {} {verb} no beam width; {taken}",
+        counted(readings, "reading"),
+        which(&sonars)
+    ))
+}
+
+/// Beams as wide as no sonar's is, which the configuration does not overrule.
+fn on_senseless_widths(placed: &[&Named<'_>], placing: &Placing<'_>) -> Option<String> {
+    let read = |sonar: &Named<'_>| sonar.source.beam_width.filter(|width| is_senseless(*width));
+    let overruled = |sonar: &Named<'_>, width| placing.overruling(sonar, width).is_some();
+    let sonars: Vec<&Named<'_>> = (placed.iter().copied())
+        .filter(|sonar| read(sonar).is_some_and(|width| !overruled(sonar, width)))
+        .collect();
+    let width = sonars.iter().find_map(|sonar| read(sonar))?;
+    // What is beyond half a turn can only be meant in degrees.
+    let likely = if width > std::f64::consts::PI {
+        width as f32 // as the driver wrote it
+    } else {
+        22.5
+    };
+    Some(format!(
+        "the {} of {} {} {:.0} deg wide by {} messages ({width:.3} rad), {TOO_WIDE}: if the driver \
+         writes degrees, sonars.beam_width = {likely} (deg) in the configuration overrules it",
+        plural(sonars.len() as u64, "beam"),
+        which(&sonars),
+        if sonars.len() == 1 { "is" } else { "are" },
+        width.to_degrees(),
+        if sonars.len() == 1 { "its" } else { "their" },
+    ))
+}
+
+/// ``sonar `a` ``; ``16 sonars (`a`, `b`, `c` and 13 more)``.
+fn which(sonars: &[&Named<'_>]) -> String {
+    let names: Vec<String> = sonars.iter().map(|s| format!("`{}`", s.name)).collect();
+    match names.as_slice() {
+        [one] => format!("sonar {one}"),
+        _ => format!("{} ({})", counted(names.len() as u64, "sonar"), few(&names)),
+    }
 }

@@ -7,14 +7,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::assemble::assemble;
 use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
 use super::clock::{ChannelClock, Clocks};
-use super::container::Loss;
+use super::container::{self, Loss};
+use super::error::LogError;
 use super::gather::{Gatherer, STAND_IN};
-use super::messages::Content;
+use super::message::{Content, Role};
 use super::read::{file_name, length, unchecked};
-use super::{ClockSet, LogError, Role, container};
+use super::stamps::ClockSet;
 use crate::core::config::{Config, SonarOverride};
 use crate::core::log::Log;
 
@@ -60,15 +62,15 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
     let mut budget = Budget::new(config, length(path));
     let losses = container::walk(path, unchecked(config), &mut |channel, message| {
         let read = channels.read(channel, message, &mut budget);
-        let stamp = read.as_ref().and_then(|(_, content)| stamp(content));
-        clocks.take(channel, message.log_time, stamp);
-        if let Some((role, content)) = read {
-            gatherer.take(role, &channel.topic, message.log_time, content);
+        let stamp = read.as_ref().and_then(|read| stamp(&read.content));
+        clocks.take(channel.id, message.log_time, stamp);
+        if let Some(read) = read {
+            gatherer.take(read, message.log_time);
         }
     })
     .map_err(|error| LogError::open(path, error))?;
     budget.check(&file_name(path))?;
-    let channels = together(channels.into_reports());
+    let (channels, clocks) = together(channels.into_reports(), clocks);
     let mending = Mending {
         file: file_name(path),
         config: config.clone(),
@@ -79,7 +81,6 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
         no_odometry: false,
         in_part: false,
     };
-    let clocks = clocks.finish(&channels);
     mending.finish(&channels, &losses, clocks)
 }
 
@@ -94,23 +95,28 @@ fn stamp(content: &Content) -> Option<i64> {
     }
 }
 
-/// Channels with one report where several publishers fill one topic.
-fn together(reports: Vec<ChannelReport>) -> Vec<ChannelReport> {
-    let mut channels: Vec<ChannelReport> = Vec::with_capacity(reports.len());
+/// The channels with their clocks, one of each where several publishers fill one topic.
+fn together(
+    reports: Vec<ChannelReport>,
+    mut clocks: Clocks,
+) -> (Vec<ChannelReport>, Vec<ChannelClock>) {
+    let mut all: Vec<(ChannelReport, ChannelClock)> = Vec::with_capacity(reports.len());
     let mut places: BTreeMap<[String; 3], usize> = BTreeMap::new();
     for report in reports {
+        let clock = clocks.finish(report.id);
         let names = [&report.topic, &report.type_name, &report.encoding].map(Clone::clone);
-        let place = *places.entry(names).or_insert(channels.len());
-        match channels.get_mut(place) {
-            Some(known) => {
+        let place = *places.entry(names).or_insert(all.len());
+        match all.get_mut(place) {
+            Some((known, known_clock)) => {
                 known.messages += report.messages;
                 known.undecoded += report.undecoded;
                 known.problem = known.problem.take().or(report.problem);
+                *known_clock = std::mem::take(known_clock).together(clock);
             }
-            None => channels.push(report),
+            None => all.push((report, clock)),
         }
     }
-    channels
+    all.into_iter().unzip()
 }
 
 fn odometry_topic(channels: &[ChannelReport]) -> Option<String> {
@@ -146,11 +152,12 @@ impl Mending {
         clocks: Vec<ChannelClock>,
     ) -> Result<Survey, LogError> {
         loop {
-            let attempt = self.gatherer.clone().finish(
+            let attempt = assemble(
+                self.gatherer.clone(),
                 self.file.clone(),
                 &self.config,
                 channels.to_vec(),
-                losses.to_vec(),
+                losses,
             );
             match attempt {
                 Ok(finished) => {
@@ -244,7 +251,8 @@ impl Mending {
                 self.config.input.odometry_topics = vec![globset::escape(&chosen)];
             }
             LogError::NoRobotFrame { .. } if self.config.input.robot_frame.is_none() => {
-                self.config.input.robot_frame = Some(likely_robot_frame(&self.gatherer.frames()));
+                self.config.input.robot_frame =
+                    Some(likely_robot_frame(&self.gatherer.transforms.frames()));
                 if self.no_odometry {
                     return Ok(()); // follows from that
                 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::messages::TransformMessage;
+use super::message::{FARTHEST, TransformMessage};
 use crate::core::config::SonarOverride;
 use crate::core::geometry::Pose2;
 
@@ -60,6 +60,8 @@ pub enum NoMount {
     Unconnected,
     /// The beam points straight up or down.
     Vertical,
+    /// The transforms, each of which may be a place, lead to none.
+    Far,
 }
 
 impl Mount {
@@ -87,6 +89,9 @@ impl Mount {
             return Err(NoMount::Vertical);
         }
         let position = robot_from_beam.translation.vector;
+        if !position.iter().all(|x| x.abs() <= FARTHEST) {
+            return Err(NoMount::Far);
+        }
         let tilt = libm::atan2(axis.z, axis.xy().norm());
         Ok(Self {
             robot_from_sensor: Pose2::new(position.x, position.y, libm::atan2(axis.y, axis.x)),
@@ -141,7 +146,7 @@ impl TransformTree {
         }
         (count > 0).then(|| {
             format!(
-                "transforms that hold no pose (NaN, or a quaternion of zero) were left out: {count}, of {}",
+                "transforms that hold no pose (NaN, farther off than 100,000 km, or a quaternion of zero) were left out: {count}, of {}",
                 frames.join(", ")
             )
         })

@@ -1,118 +1,162 @@
-//! A decoded message, whatever it was encoded in: named fields, found by path.
+//! The fields that are wanted of a message, whatever it was encoded in.
+//!
+//! A field has a path: names joined by dots. Behind an array a path goes on into each of its elements, so
+//! that the field is a column; `[]` may stand behind the array's name and changes nothing.
 
-use std::rc::Rc;
+use std::borrow::Cow;
 
-/// One decoded value.
+use crate::core::legible::name;
+
+/// What stands at one path.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
-    /// Any number; integers beyond 2^53 keep their value in `Int`.
-    Float(f64),
-    /// A whole number.
-    Int(i64),
-    /// Text.
-    Text(String),
+pub enum Value<'m> {
+    Nothing,
     /// JSON's null.
     Null,
-    /// An array of numbers, maybe empty.
+    /// A message that is there; what is in it has paths of its own.
+    Message,
+    /// Of seconds and nanoseconds: nanoseconds.
+    Time(i64),
+    Int(i64),
+    Float(f64),
+    Text(Cow<'m, str>),
+    Bytes(&'m [u8]),
     Numbers(Vec<f64>),
-    /// An array of anything else, or an empty one.
-    List(Vec<Value>),
-    /// Named fields in their order.
-    Message(Vec<(Rc<str>, Value)>),
+    /// An array of anything else, or a column.
+    List(Vec<Value<'m>>),
 }
 
 /// A field that a message lacks or has as something else.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("field `{path}` is not there as {expected}")]
 pub struct FieldError {
-    /// Path of the field.
     pub path: String,
-    /// What was looked for.
     pub expected: &'static str,
 }
 
-impl Value {
-    /// The value at a dotted path.
-    pub fn get(&self, path: &str) -> Option<&Self> {
-        path.split('.').try_fold(self, |value, name| match value {
-            Self::Message(fields) => fields
-                .iter()
-                .find_map(|(field, value)| (**field == *name).then_some(value)),
-            _ => None,
+/// The wanted fields of one message.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fields<'m> {
+    pub paths: &'m [String],
+    /// One for each path.
+    pub values: Vec<Value<'m>>,
+}
+
+impl Fields<'_> {
+    /// The first so many of them.
+    pub fn all<const N: usize>(&self) -> [Field<'_>; N] {
+        std::array::from_fn(|i| Field {
+            path: self.paths.get(i).map_or("", String::as_str),
+            value: Cow::Borrowed(self.values.get(i).unwrap_or(&Value::Nothing)),
         })
     }
+}
 
-    /// The number at a path.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn number(&self, path: &str) -> Result<f64, FieldError> {
-        self.get(path)
-            .and_then(Self::as_number)
-            .ok_or_else(|| missing(path, "a number"))
+/// One field of a message.
+#[derive(Debug, Clone)]
+pub struct Field<'a> {
+    pub path: &'a str,
+    pub value: Cow<'a, Value<'a>>,
+}
+
+impl<'a> Field<'a> {
+    pub fn is_there(&self) -> bool {
+        *self.value != Value::Nothing
     }
 
-    /// The distance at a path, metres: a number, or null for no echo, which gives +inf.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn distance(&self, path: &str) -> Result<f64, FieldError> {
-        self.get(path)
-            .and_then(Self::as_distance)
-            .ok_or_else(|| missing(path, "a distance"))
+    /// How many elements an array or a column has.
+    pub fn count(&self) -> Option<usize> {
+        match &*self.value {
+            Value::Bytes(bytes) => Some(bytes.len()),
+            Value::Numbers(numbers) => Some(numbers.len()),
+            Value::List(items) => Some(items.len()),
+            _ => None,
+        }
     }
 
-    /// The distances at a path, metres; null is no echo, which gives +inf.
-    ///
-    /// # Errors
-    /// When there is no array, or anything else in it.
-    pub fn distances(&self, path: &str) -> Result<Vec<f64>, FieldError> {
-        let distances = match self.get(path) {
-            Some(Self::Numbers(numbers)) => Some(numbers.clone()),
-            Some(Self::List(items)) => items.iter().map(Self::as_distance).collect(),
+    /// What an element of a column has; what is no column is the same for all elements.
+    pub fn at(&'a self, element: usize) -> Self {
+        let value = match &*self.value {
+            Value::Bytes(bytes) => bytes.get(element).map(|byte| Value::Int((*byte).into())),
+            Value::Numbers(numbers) => numbers.get(element).copied().map(Value::Float),
+            Value::List(items) => {
+                return Self {
+                    path: self.path,
+                    value: Cow::Borrowed(items.get(element).unwrap_or(&Value::Nothing)),
+                };
+            }
+            _ => return self.clone(),
+        };
+        Self {
+            path: self.path,
+            value: Cow::Owned(value.unwrap_or(Value::Nothing)),
+        }
+    }
+
+    pub fn number(&self) -> Result<f64, FieldError> {
+        self.value
+            .as_number()
+            .ok_or_else(|| self.missing("a number"))
+    }
+
+    pub fn finite(&self) -> Result<f64, FieldError> {
+        let number = self.number()?;
+        let finite = number.is_finite().then_some(number);
+        finite.ok_or_else(|| self.missing("a finite number"))
+    }
+
+    /// Metres; null is no echo, which gives +inf.
+    pub fn distance(&self) -> Result<f64, FieldError> {
+        self.value
+            .as_distance()
+            .ok_or_else(|| self.missing("a distance"))
+    }
+
+    pub fn distances(&self) -> Result<Vec<f64>, FieldError> {
+        let distances = match &*self.value {
+            Value::Bytes(bytes) => Some(bytes.iter().map(|byte| f64::from(*byte)).collect()),
+            Value::Numbers(numbers) => Some(numbers.clone()),
+            Value::List(items) => items.iter().map(Value::as_distance).collect(),
             _ => None,
         };
-        distances.ok_or_else(|| missing(path, "an array of distances"))
+        distances.ok_or_else(|| self.missing("an array of distances"))
     }
 
-    /// The text at a path.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn text(&self, path: &str) -> Result<&str, FieldError> {
-        match self.get(path) {
-            Some(Self::Text(text)) => Ok(text),
-            _ => Err(missing(path, "text")),
+    pub fn text(&self) -> Result<&str, FieldError> {
+        match &*self.value {
+            Value::Text(text) => Ok(text),
+            _ => Err(self.missing("text")),
         }
     }
 
-    /// The time at a path, nanoseconds: every encoding has its own names for the two parts.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn time(&self, path: &str) -> Result<i64, FieldError> {
-        self.get(path).and_then(Self::as_time).ok_or_else(|| {
-            missing(
-                path,
-                "a time of seconds and nanoseconds, or one like 2015-01-01T00:00:00Z",
-            )
+    /// The name of a frame, without a leading slash.
+    pub fn frame(&self) -> Result<String, FieldError> {
+        Ok(name(self.text()?.trim_start_matches('/')).into_owned())
+    }
+
+    /// Nanoseconds.
+    pub fn time(&self) -> Result<i64, FieldError> {
+        let time = self.value.as_time();
+        time.ok_or_else(|| {
+            self.missing("a time of seconds and nanoseconds, or one like 2015-01-01T00:00:00Z")
         })
     }
 
-    /// The list at a path.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn list(&self, path: &str) -> Result<&[Self], FieldError> {
-        match self.get(path) {
-            Some(Self::List(items)) => Ok(items),
-            Some(Self::Numbers(numbers)) if numbers.is_empty() => Ok(&[]),
-            _ => Err(missing(path, "a list")),
-        }
+    /// Nanoseconds; 0 where the field is absent, as protobuf leaves out what is zero.
+    pub fn time_or_zero(&self) -> Result<i64, FieldError> {
+        if self.is_there() { self.time() } else { Ok(0) }
     }
 
-    /// This value as a number; JSON writers put infinities and NaN, and some put long integers,
-    /// as text.
+    pub fn missing(&self, expected: &'static str) -> FieldError {
+        FieldError {
+            path: self.path.to_owned(),
+            expected,
+        }
+    }
+}
+
+impl Value<'_> {
+    /// JSON writers put infinities and NaN, and some put long integers, as text.
     pub fn as_number(&self) -> Option<f64> {
         match self {
             Self::Float(x) => Some(*x),
@@ -122,24 +166,6 @@ impl Value {
         }
     }
 
-    /// This value as a time, nanoseconds.
-    pub fn as_time(&self) -> Option<i64> {
-        // As protobuf's JSON has it.
-        if let Self::Text(text) = self {
-            let time: jiff::Timestamp = text.parse().ok()?;
-            return i64::try_from(time.as_nanosecond()).ok();
-        }
-        let part = |names: &[&str]| names.iter().find_map(|name| self.get(name)?.as_integer());
-        let seconds = part(&["sec", "secs", "seconds"])?;
-        let nanoseconds = part(&["nanosec", "nsec", "nsecs", "nanos"])?;
-        Some(
-            seconds
-                .saturating_mul(1_000_000_000)
-                .saturating_add(nanoseconds),
-        )
-    }
-
-    /// This value as a distance, metres: null is no echo, which is +inf.
     pub fn as_distance(&self) -> Option<f64> {
         match self {
             Self::Null => Some(f64::INFINITY),
@@ -147,7 +173,6 @@ impl Value {
         }
     }
 
-    /// This value as a whole number.
     pub fn as_integer(&self) -> Option<i64> {
         match self {
             Self::Int(n) => Some(*n),
@@ -155,13 +180,37 @@ impl Value {
             _ => None,
         }
     }
+
+    /// Nanoseconds.
+    pub fn as_time(&self) -> Option<i64> {
+        match self {
+            Self::Time(time) => Some(*time),
+            // As protobuf's JSON has it.
+            Self::Text(text) => {
+                let time: jiff::Timestamp = text.parse().ok()?;
+                i64::try_from(time.as_nanosecond()).ok()
+            }
+            _ => None,
+        }
+    }
 }
 
-/// The error for a field that is not there as it should be.
-pub fn missing(path: &str, expected: &'static str) -> FieldError {
-    FieldError {
-        path: path.to_owned(),
-        expected,
+/// The two parts of a time, as they are called in one encoding or another.
+pub const SECONDS: [&str; 3] = ["sec", "secs", "seconds"];
+pub const NANOSECONDS: [&str; 4] = ["nanosec", "nsec", "nsecs", "nanos"];
+
+pub fn time_of(seconds: i64, nanoseconds: i64) -> i64 {
+    let seconds = seconds.saturating_mul(1_000_000_000);
+    seconds.saturating_add(nanoseconds)
+}
+
+/// Where a path goes on behind a field: `Some("")` where it ends there, `None` where it begins otherwise.
+pub fn behind<'p>(path: &'p str, field: &str) -> Option<&'p str> {
+    let rest = path.strip_prefix(field)?;
+    let rest = rest.strip_prefix("[]").unwrap_or(rest);
+    match rest.strip_prefix('.') {
+        Some(rest) => Some(rest),
+        None => rest.is_empty().then_some(""),
     }
 }
 
@@ -169,40 +218,31 @@ pub fn missing(path: &str, expected: &'static str) -> FieldError {
 mod tests {
     use super::*;
 
-    fn message(fields: &[(&str, Value)]) -> Value {
-        let field = |(name, value): &(&str, Value)| (Rc::from(*name), value.clone());
-        Value::Message(fields.iter().map(field).collect())
-    }
-
     #[test]
-    fn a_time_goes_by_many_names() {
-        for (seconds, nanoseconds) in [
-            ("sec", "nanosec"),
-            ("sec", "nsec"),
-            ("secs", "nsecs"),
-            ("seconds", "nanos"),
-        ] {
-            let stamp = message(&[
-                (seconds, Value::Int(2)),
-                (nanoseconds, Value::Int(500_000_000)),
-            ]);
-            let message = message(&[("stamp", stamp)]);
-            assert_eq!(message.time("stamp"), Ok(2_500_000_000));
-        }
-        let half = message(&[("stamp", message(&[("sec", Value::Int(2))]))]);
-        assert!(half.time("stamp").is_err());
+    fn a_path_goes_on_behind_fields_and_arrays() {
+        assert_eq!(behind("header.stamp", "header"), Some("stamp"));
+        assert_eq!(behind("echoes[].range", "echoes"), Some("range"));
+        assert_eq!(behind("ranges[]", "ranges"), Some(""));
+        assert_eq!(behind("ranges_far", "ranges"), None);
     }
 
     #[test]
     fn null_is_no_echo_and_no_number() {
-        let message = message(&[
-            ("range", Value::Null),
-            ("ranges", Value::List(vec![Value::Float(1.5), Value::Null])),
-            ("text", Value::Text("-Infinity".into())),
-        ]);
-        assert_eq!(message.distance("range"), Ok(f64::INFINITY));
-        assert_eq!(message.distances("ranges"), Ok(vec![1.5, f64::INFINITY]));
-        assert_eq!(message.number("text"), Ok(f64::NEG_INFINITY));
-        assert!(message.number("range").is_err());
+        let paths = ["range", "ranges", "text"].map(str::to_owned);
+        let fields = Fields {
+            paths: &paths,
+            values: vec![
+                Value::Null,
+                Value::List(vec![Value::Float(1.5), Value::Null]),
+                Value::Text("-Infinity".into()),
+            ],
+        };
+        let [range, ranges, text] = fields.all();
+        assert_eq!(range.distance(), Ok(f64::INFINITY));
+        assert_eq!(ranges.distances(), Ok(vec![1.5, f64::INFINITY]));
+        assert_eq!(ranges.at(0).number(), Ok(1.5));
+        assert!(!ranges.at(2).is_there());
+        assert_eq!(text.number(), Ok(f64::NEG_INFINITY));
+        assert!(range.number().is_err());
     }
 }

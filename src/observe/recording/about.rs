@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use rerun::TextDocument;
 
-use super::origin::Origin;
+use super::plane::Origin;
 use crate::core::observer::Setting;
 use crate::io::config::render::render;
 

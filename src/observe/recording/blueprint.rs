@@ -22,7 +22,7 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
 use rerun::external::uuid::Uuid;
 
 use super::canvas::Canvas;
-use super::extent::Bounds;
+use super::plane::Bounds;
 use crate::observe::viewer::Error;
 pub use writer::{FIRST_UUID, Part, Writer};
 
@@ -258,22 +258,26 @@ fn plot(
         Bound::Gate => ("+ /chi2/gate", 4.0 * layout.gate),
     };
     w.view(id, "TimeSeries", name, &[path, bound])?;
-    w.property(
-        id,
-        "ScalarAxis",
-        &ScalarAxis::new().with_range(Range1D([-0.06 * top, 1.12 * top].into())),
-    )?;
-    w.property(
-        id,
-        "TimeAxis",
-        &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
-    )?;
-    // Sixteen names would cover the plot; each dot says its sonar when pointed at.
-    w.property(
-        id,
-        "PlotLegend",
-        &PlotLegend::new().with_visible(Visible(Bool(false))),
-    )
+    scale(w, id, [-0.06 * top, 1.12 * top])?;
+    link(w, id)?;
+    hide_legend(w, id)
+}
+
+fn scale(w: &mut Writer<'_, '_>, id: Id, range: [f64; 2]) -> Result<(), Error> {
+    let axis = ScalarAxis::new().with_range(Range1D(range.into()));
+    w.property(id, "ScalarAxis", &axis)
+}
+
+/// Sixteen names would cover the plot; each dot says its sonar when pointed at.
+fn hide_legend(w: &mut Writer<'_, '_>, id: Id) -> Result<(), Error> {
+    let legend = PlotLegend::new().with_visible(Visible(Bool(false)));
+    w.property(id, "PlotLegend", &legend)
+}
+
+/// All views over time show the same part of it.
+fn link(w: &mut Writer<'_, '_>, id: Id) -> Result<(), Error> {
+    let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
+    w.property(id, "TimeAxis", &axis)
 }
 
 /// In longer runs most labels are too short to be drawn on a lane of names.
@@ -288,23 +292,10 @@ fn labels(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
         "Labels by sonar number",
         &["+ /lanes/**"],
     )?;
-    for id in [Id::Labels, Id::Dots] {
-        w.property(
-            id,
-            "TimeAxis",
-            &TimeAxis::new().with_link(LinkAxis::LinkToGlobal),
-        )?;
-    }
-    w.property(
-        Id::Dots,
-        "ScalarAxis",
-        &ScalarAxis::new().with_range(Range1D([-0.7, layout.sonars as f64 - 0.3].into())),
-    )?;
-    w.property(
-        Id::Dots,
-        "PlotLegend",
-        &PlotLegend::new().with_visible(Visible(Bool(false))),
-    )?;
+    link(w, Id::Labels)?;
+    link(w, Id::Dots)?;
+    scale(w, Id::Dots, [-0.7, layout.sonars as f64 - 0.3])?;
+    hide_legend(w, Id::Dots)?;
     let tabs = if layout.frames > FRAMES_ON_LANES {
         [Id::Dots, Id::Labels]
     } else {

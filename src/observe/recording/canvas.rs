@@ -15,7 +15,7 @@ use rerun::{
 use super::encode::{RrdWriter, Store};
 use super::entity::{Entity, Look, Names, Paint};
 use super::evidence::{Known, batches};
-use super::origin::Origin;
+use super::plane::Origin;
 use super::style;
 use crate::core::event::{Sonar, SonarId};
 use crate::core::geometry::{Pose2, unit};

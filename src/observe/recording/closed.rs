@@ -6,12 +6,12 @@ use rerun::Color;
 
 use super::canvas::{Canvas, Mark, Moment, Row};
 use super::entity::Entity;
-use super::origin::Origin;
+use super::plane::Origin;
 use super::style;
 use crate::core::tmam::arc::{Arc, ArcId};
-use crate::core::tmam::feature::{Action, Extraction, Kind, Shape};
+use crate::core::tmam::feature::{Action, Kind, Shape};
 use crate::core::tmam::label::Label;
-use crate::core::tmam::step::Step;
+use crate::core::tmam::step::{Extraction, Step};
 use crate::observe::viewer::Error;
 
 /// The extracted features of one frame, and the arcs they came from.

@@ -18,7 +18,7 @@ use self::picture::Picture;
 use super::blueprint::{FIRST_UUID, Part, Writer};
 use super::canvas::Canvas;
 use super::encode::{RrdWriter, fnv1a, named_ids};
-use super::origin::Origin;
+use super::plane::Origin;
 use crate::observe::drawing::Grid;
 use crate::observe::viewer::Error;
 

@@ -7,7 +7,8 @@ use super::entity::Entity;
 use super::style;
 use crate::core::observer::Setting;
 use crate::core::rounding::fixed;
-use crate::core::tmam::feature::{Action, Extraction, Kind, Rejection, Shape};
+use crate::core::tmam::feature::{Action, Kind, Rejection, Shape};
+use crate::core::tmam::step::Extraction;
 use crate::core::wording::counted;
 use crate::observe::viewer::Error;
 

@@ -32,41 +32,21 @@ pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     if *overlay == Overlay::default() {
         return Ok(());
     }
-    let is_legible = |sketched: &[Sketched]| sketched.len() <= MOST_NAMES;
-    for layer in [
-        Layer {
-            sketched: &overlay.golden,
-            paths: ["/world/golden/lines", "/world/golden/points"],
-            radii: [4.5, 6.5],
-            color: style::GOLDEN,
-            order: 3.5,
-            named: false,
-        },
-        Layer {
-            sketched: &overlay.before,
-            paths: [
-                "/world/differences/before/lines",
-                "/world/differences/before/points",
-            ],
-            radii: [4.0, 6.0],
-            color: style::BEFORE,
-            order: 8.3,
-            named: is_legible(&overlay.before),
-        },
-        Layer {
-            sketched: &overlay.now,
-            paths: [
-                "/world/differences/now/lines",
-                "/world/differences/now/points",
-            ],
-            radii: [3.0, 5.0],
-            color: style::NOW,
-            order: 8.6,
-            named: is_legible(&overlay.now),
-        },
-    ] {
-        layer.put(canvas)?;
-    }
+    let [golden, before, now] = [&overlay.golden, &overlay.before, &overlay.now];
+    let paths = ["/world/golden/lines", "/world/golden/points"];
+    Layer::new(paths, golden, [4.5, 6.5], style::GOLDEN, 3.5).put(canvas)?;
+    let paths = [
+        "/world/differences/before/lines",
+        "/world/differences/before/points",
+    ];
+    let layer = Layer::new(paths, before, [4.0, 6.0], style::BEFORE, 8.3);
+    layer.named().put(canvas)?;
+    let paths = [
+        "/world/differences/now/lines",
+        "/world/differences/now/points",
+    ];
+    let layer = Layer::new(paths, now, [3.0, 5.0], style::NOW, 8.6);
+    layer.named().put(canvas)?;
     canvas.put_look(Entity::ChangedLabels)?;
     for (frame, stamp_ns, text) in &overlay.notes {
         let at = Moment::new(*frame, *stamp_ns);
@@ -78,30 +58,11 @@ pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
 fn put_truth(truth: &Truth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let page = TextDocument::from_markdown(truth.page.as_str());
     canvas.put("/evaluation", &page)?;
-    for (sketched, paths, color, order) in [
-        (
-            &truth.real,
-            ["/world/truth/walls", "/world/truth/points"],
-            style::TRUTH,
-            0.2,
-        ),
-        (
-            &truth.missed,
-            ["/world/truth/missed_walls", "/world/truth/missed_points"],
-            style::REJECTED,
-            0.4,
-        ),
-    ] {
-        let layer = Layer {
-            sketched,
-            paths,
-            radii: [6.0, 9.0],
-            color,
-            order,
-            named: false,
-        };
-        layer.put(canvas)?;
-    }
+    let radii = [6.0, 9.0];
+    let paths = ["/world/truth/walls", "/world/truth/points"];
+    Layer::new(paths, &truth.real, radii, style::TRUTH, 0.2).put(canvas)?;
+    let paths = ["/world/truth/missed_walls", "/world/truth/missed_points"];
+    Layer::new(paths, &truth.missed, radii, style::REJECTED, 0.4).put(canvas)?;
     for entity in [
         Entity::WrongLabels,
         Entity::Errors,
@@ -165,7 +126,30 @@ pub fn finish(overlay: &Overlay, at: Moment, canvas: &mut Canvas<'_>) -> Result<
     canvas.row(Entity::SpuriousPoints, at, points)
 }
 
-impl Layer<'_> {
+impl<'a> Layer<'a> {
+    fn new(
+        paths: [&'static str; 2],
+        sketched: &'a [Sketched],
+        radii: [f32; 2],
+        color: Color,
+        order: f32,
+    ) -> Self {
+        Self {
+            sketched,
+            paths,
+            radii,
+            color,
+            order,
+            named: false,
+        }
+    }
+
+    /// The same with names, if they are few enough.
+    fn named(self) -> Self {
+        let named = self.sketched.len() <= MOST_NAMES;
+        Self { named, ..self }
+    }
+
     fn put(&self, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let origin = canvas.origin;
         let of = |points: bool| {

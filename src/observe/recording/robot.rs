@@ -6,7 +6,7 @@ use rerun::LineStrips2D;
 
 use super::canvas::{Canvas, Moment, Row, Strip};
 use super::entity::{Entity, ui};
-use super::origin::Origin;
+use super::plane::Origin;
 use super::style;
 use crate::core::event::Sonar;
 use crate::core::geometry::{Pose2, Vec2, unit};

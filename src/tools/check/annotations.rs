@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::text::sections;
-use super::{Report, Verdict};
+use super::report::Report;
+use crate::core::exit::Exit;
 use crate::core::legible::legible;
+use crate::tools::golden::sections;
 
 /// The service shows so many per step.
 const MOST: usize = 10;
@@ -19,7 +20,7 @@ pub fn annotations(reports: &[Report], notes: &[String], strict: bool) -> String
             let title = property(&format!(
                 "{}: {}",
                 report.log.display(),
-                report.verdict.name()
+                report.result.name()
             ));
             messages(report, strict)
                 .iter()
@@ -81,18 +82,16 @@ fn chosen(of_logs: &[Vec<String>]) -> Vec<String> {
 }
 
 fn messages(report: &Report, strict: bool) -> Vec<String> {
-    match (&report.verdict, &report.found) {
-        (Verdict::Matches | Verdict::Blessed | Verdict::Unchanged, _) => Vec::new(),
-        // What differs is told where it could not be kept for people, too.
-        (verdict, found) => {
-            let sections = found
-                .as_ref()
-                .map(|found| sections(found, report.recording.as_deref(), strict));
-            let reason = verdict.reason().map(str::to_owned);
-            let lines = sections.into_iter().flatten().flat_map(|(_, lines)| lines);
-            reason.into_iter().chain(lines).collect()
-        }
+    if report.result.exit() == Exit::Done {
+        return Vec::new();
     }
+    // What differs is told where it could not be kept for people, too.
+    let compared = report.compared.iter();
+    let sections = compared
+        .flat_map(|compared| sections(&compared.found, report.recording.as_deref(), strict));
+    let reason = report.result.reason().map(str::to_owned);
+    let lines = sections.flat_map(|section| section.lines);
+    reason.into_iter().chain(lines).collect()
 }
 
 fn data(text: &str) -> String {

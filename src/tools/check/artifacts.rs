@@ -1,22 +1,24 @@
 //! What is kept of a log that differs: what it gives now, and a recording with the differences.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::CheckError;
-use super::judge::unfit;
 use super::overlay::overlay;
-use super::suite::Job;
-use crate::core::config::Config;
-use crate::core::observer::Observer;
-use crate::core::replay::Replay;
-use crate::io::output::Output;
+use super::report::CheckError;
+use crate::core::observer::Kept;
+use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::io::output::{Output, write_whole};
 use crate::observe::recording::Recording;
 use crate::observe::viewer;
 use crate::tools::carried::carried;
-use crate::tools::golden::{
-    Comparison, Golden, GoldenError, Replayed, Tolerance, as_recorded, replay,
-};
+use crate::tools::golden::{Comparison, Golden};
+
+/// A replay and all that it brought about: what to mark in a recording is known only at its end.
+#[derive(Debug)]
+pub struct Replayed<'a> {
+    pub replay: Replay<'a>,
+    pub outcome: Outcome,
+    pub kept: Kept,
+}
 
 /// A directory for artefacts.
 #[derive(Debug)]
@@ -27,64 +29,58 @@ pub struct Artifacts {
 
 impl Artifacts {
     /// Into a directory that exists; `around`: record only so many frames about each difference.
-    pub fn new(directory: &Path, around: Option<u32>) -> Self {
-        Self {
-            directory: directory.to_owned(),
-            around,
-        }
+    pub fn new(directory: PathBuf, around: Option<u32>) -> Self {
+        Self { directory, around }
     }
 
-    /// Writes the golden file that would make the log pass, and the recording.
+    /// Writes the golden file that would make the log pass, and the recording, where this tmam writes
+    /// recordings.
+    ///
+    /// # Errors
+    /// When one of them cannot be written.
     pub fn write(
         &self,
-        job: &Job,
+        log: &Path,
+        replayed: &Replayed<'_>,
         golden: &Golden,
-        config: &Config,
-        replayed: &Replayed,
-        comparison: &Comparison,
-    ) -> Result<(Vec<PathBuf>, Option<PathBuf>), CheckError> {
-        let [new, recording] = self.paths(job);
-        write_new(&new, replayed, config, golden.tolerances)?;
-        if !viewer::IS_BUILT_IN {
-            return Ok((vec![new], None));
-        }
-        let mut out = Output::create(&recording)?;
-        let replay = Replay::new(&replayed.log, config).map_err(GoldenError::from)?;
-        let over = overlay(golden, &replayed.results, comparison, self.around);
-        let setting = replay.setting();
-        let mut recorder = Recording::new(Some(&mut out), None, setting, over)?;
-        let outcome = replay
-            .run(&mut [&mut recorder as &mut dyn Observer])
-            .map_err(GoldenError::from)?;
-        let carried = carried(&setting, &outcome, &replayed.info)?;
-        recorder.close(Some(&carried))?;
+        new: &Golden,
+        found: &Comparison,
+    ) -> Result<(PathBuf, Option<PathBuf>), CheckError> {
+        let written = self.write_golden(log, new)?;
+        let (Some(info), true) = (&new.log, viewer::IS_BUILT_IN) else {
+            return Ok((written, None));
+        };
+        let [_, path] = artifacts_of(log, &self.directory);
+        let mut out = Output::create(&path)?;
+        let setting = replayed.replay.setting();
+        let over = overlay(golden, &new.results, found, self.around);
+        let mut recording = Recording::new(Some(&mut out), None, setting, over)?;
+        replayed
+            .kept
+            .show(&mut recording)
+            .map_err(ReplayError::from)?;
+        let carried = carried(&setting, &replayed.outcome, info)?;
+        recording.close(Some(&carried))?;
         out.commit()?;
-        Ok((vec![new, recording.clone()], Some(recording)))
+        Ok((written, Some(path)))
     }
 
-    /// Writes the golden file that a log without one would get with the default configuration;
-    /// `None` for a log that cannot be blessed.
-    pub fn first(&self, job: &Job) -> Result<Option<PathBuf>, CheckError> {
-        let config = as_recorded(&Config::default())?;
-        let replayed = replay(&job.log, &config)?;
-        if unfit(&replayed).is_some() || replayed.results.is_empty() {
-            return Ok(None);
-        }
-        let [new, _] = self.paths(job);
-        write_new(&new, &replayed, &config, Tolerance::default())?;
-        Ok(Some(new))
+    /// Writes a golden file that a log could have.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write_golden(&self, log: &Path, golden: &Golden) -> Result<PathBuf, CheckError> {
+        let [path, _] = artifacts_of(log, &self.directory);
+        write_whole(&path, &golden.render()?)?;
+        Ok(path)
     }
 
     /// Takes away what an earlier run left of a log.
-    pub fn clear(&self, job: &Job) {
-        for path in self.paths(job) {
+    pub fn clear(&self, log: &Path) {
+        for path in artifacts_of(log, &self.directory) {
             // What is not there need not go.
             let _ = std::fs::remove_file(path);
         }
-    }
-
-    fn paths(&self, job: &Job) -> [PathBuf; 2] {
-        artifacts_of(&job.log, &self.directory)
     }
 }
 
@@ -96,23 +92,4 @@ pub fn artifacts_of(log: &Path, directory: &Path) -> [PathBuf; 2] {
         name.push(extension);
         directory.join(name)
     })
-}
-
-fn write_new(
-    path: &Path,
-    replayed: &Replayed,
-    config: &Config,
-    tolerances: Tolerance,
-) -> Result<(), CheckError> {
-    let bytes = Golden::new(
-        Some(replayed.info.clone()),
-        Some(config.clone()),
-        tolerances,
-        replayed.results.clone(),
-    )
-    .render()?;
-    let mut out = Output::create(path)?;
-    out.write_all(&bytes).map_err(|source| out.failed(source))?;
-    out.commit()?;
-    Ok(())
 }

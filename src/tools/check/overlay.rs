@@ -1,15 +1,12 @@
 //! Differences as something to draw.
 
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
-use crate::core::geometry::{Vec2, unit};
 use crate::core::wording::counted;
 use crate::observe::drawing::{Overlay, Sketched};
 use crate::tools::golden::{
-    Comparison, Difference, Feature, FeatureDifference, Geometry, Golden, LabelChange, LabelRun,
-    Results, Set, describe,
+    Comparison, Difference, Feature, FeatureDifference, Geometry, Golden, Results, describe,
 };
 
 /// More differences than this are counted, not listed.
@@ -19,26 +16,24 @@ const MOST_NOTES: usize = 500;
 pub fn overlay(
     golden: &Golden,
     actual: &Results,
-    comparison: &Comparison,
+    found: &Comparison,
     around: Option<u32>,
 ) -> Overlay {
-    let elsewhere = || (comparison.features(Set::Map)).filter(|one| one.is_elsewhere());
     // What is in no frame, as another log's events, is looked for in all of them.
-    let everywhere = (comparison.differences.iter()).any(|one| one.frames().is_none());
+    let everywhere = found.differences.iter().any(|one| one.frames().is_none());
     let only = around
         .filter(|_| !everywhere)
-        .map(|around| windows(comparison, around))
+        .map(|around| windows(found, around))
         .filter(|windows| !windows.is_empty());
+    let before = found.elsewhere().filter_map(|one| one.golden.as_ref());
     Overlay {
         golden: golden.results.map.iter().filter_map(sketched).collect(),
-        before: elsewhere()
-            .filter_map(|one| sketched(one.golden.as_ref()?))
-            .collect(),
-        now: elsewhere().filter_map(now).collect(),
-        labels: labels(comparison),
-        notes: notes(actual, comparison),
-        first_frame: comparison.first_frame().or(Some(0)),
-        about: about(golden, comparison, around, only.is_some()),
+        before: before.filter_map(sketched).collect(),
+        now: found.elsewhere().filter_map(now).collect(),
+        labels: labels(found),
+        notes: notes(actual, found),
+        first_frame: found.first_frame().or(Some(0)),
+        about: about(golden, found, around, only.is_some()),
         only,
         truth: None,
     }
@@ -50,7 +45,7 @@ fn now(one: &FeatureDifference) -> Option<Sketched> {
     let sketched = sketched(now)?;
     let name = match &one.golden {
         Some(golden) if golden.id != now.id => {
-            format!("{} {} (now {})", golden.kind.name(), golden.id, now.id)
+            format!("{} {} (now {})", golden.kind().name(), golden.id, now.id)
         }
         _ => sketched.name,
     };
@@ -58,34 +53,20 @@ fn now(one: &FeatureDifference) -> Option<Sketched> {
 }
 
 fn sketched(feature: &Feature) -> Option<Sketched> {
-    let ends = match feature.geometry.as_ref()? {
-        Geometry::Line {
-            theta,
-            mid,
-            half_length,
-            ..
-        } => {
-            let along = unit(theta + FRAC_PI_2) * *half_length;
-            [Vec2::from(*mid) - along, Vec2::from(*mid) + along]
-        }
-        Geometry::Point { x, y } => [Vec2::new(*x, *y); 2],
-    };
     Some(Sketched {
-        ends,
-        is_point: matches!(feature.geometry, Some(Geometry::Point { .. })),
-        name: format!("{} {}", feature.kind.name(), feature.id),
+        ends: feature.geometry.ends()?,
+        is_point: matches!(feature.geometry, Geometry::Point { .. }),
+        name: format!("{} {}", feature.kind().name(), feature.id),
     })
 }
 
-fn labels(comparison: &Comparison) -> BTreeMap<(u32, String), String> {
+fn labels(found: &Comparison) -> BTreeMap<(u32, String), String> {
     let mut marks = BTreeMap::new();
-    for run in comparison.labels().chain(&comparison.borderline) {
-        let what = match run.change {
-            LabelChange::Flipped { golden, actual, .. } => {
-                format!("{} -> {}", golden.name(), actual.name())
-            }
-            LabelChange::New(mark) => format!("new, {}", mark.name()),
-            LabelChange::Gone(_) => continue,
+    for run in found.differences.iter().filter_map(Difference::labels) {
+        let what = match (run.golden, run.actual) {
+            (Some(then), Some(now)) => format!("{} -> {}", then.name(), now.name()),
+            (None, Some(now)) => format!("new, {}", now.name()),
+            (_, None) => continue,
         };
         for frame in run.arcs.iter().filter_map(|arc| arc.frame) {
             marks.insert((frame, run.sensor.clone()), what.clone());
@@ -94,53 +75,41 @@ fn labels(comparison: &Comparison) -> BTreeMap<(u32, String), String> {
     marks
 }
 
-fn notes(actual: &Results, comparison: &Comparison) -> Vec<(u32, i64, String)> {
-    let stamp = |frame: u32| {
-        let stamps = actual
-            .labels
-            .as_ref()
-            .map(|labels| labels.frame_stamps.as_slice());
+fn notes(actual: &Results, found: &Comparison) -> Vec<(u32, i64, String)> {
+    let stamps = actual.labels.iter().flat_map(|labels| &labels.frame_stamps);
+    let stamps: Vec<i64> = stamps.copied().collect();
+    let Some(last) = stamps.last() else {
+        return Vec::new();
+    };
+    let note = |frame: u32, text: String| {
         let at = usize::try_from(frame).unwrap_or(usize::MAX);
-        stamps
-            .and_then(|stamps| stamps.get(at).or(stamps.last()))
-            .copied()
+        (frame, *stamps.get(at).unwrap_or(last), text)
     };
-    let at = |frames: Option<[u32; 2]>| {
-        let frame = frames.map_or(0, |[first, _]| first);
-        Some((frame, stamp(frame)?))
-    };
-    let borderline = |run: &LabelRun| Difference::Labels(run.clone());
-    let near: Vec<Difference> = comparison.borderline.iter().map(borderline).collect();
-    let clear = comparison.differences.iter().map(|one| (one, ""));
-    let mut notes: Vec<(u32, i64, String)> = clear
-        .chain(near.iter().map(|one| (one, "borderline: ")))
-        .take(MOST_NOTES)
-        .filter_map(|(one, how)| {
-            let (frame, stamp_ns) = at(one.frames())?;
-            Some((
-                frame,
-                stamp_ns,
-                format!("DIFFERS {how}{}", describe(one, None)),
-            ))
+    let mut notes: Vec<(u32, i64, String)> = (found.differences.iter().take(MOST_NOTES))
+        .map(|one| {
+            let frame = one.frames().map_or(0, |[first, _]| first);
+            let how = if one.is_borderline() {
+                "borderline: "
+            } else {
+                ""
+            };
+            note(frame, format!("DIFFERS {how}{}", describe(one)))
         })
         .collect();
     notes.sort_by_key(|(frame, ..)| *frame);
-    let all = comparison.differences.len() + comparison.borderline.len();
-    if let (Some((frame, stamp_ns)), true) = (at(None), all > MOST_NOTES) {
+    let all = found.differences.len();
+    if all > MOST_NOTES {
         let text = format!("DIFFERS in {all} places; {MOST_NOTES} of them are listed");
-        notes.insert(0, (frame, stamp_ns, text));
+        notes.insert(0, note(0, text));
     }
     notes
 }
 
 /// The frames of the differences, and `around` more on either side.
-fn windows(comparison: &Comparison, around: u32) -> Vec<[u32; 2]> {
-    let near = comparison.borderline.iter().filter_map(LabelRun::frames);
-    let clear = comparison.differences.iter().filter_map(Difference::frames);
-    let mut windows: Vec<[u32; 2]> = clear
-        .chain(near)
-        // A wall that was seen all along is shown where it begins and where it ends.
-        .flatten()
+fn windows(found: &Comparison, around: u32) -> Vec<[u32; 2]> {
+    let frames = found.differences.iter().filter_map(Difference::frames);
+    // A wall that was seen all along is shown where it begins and where it ends.
+    let mut windows: Vec<[u32; 2]> = (frames.flatten())
         .map(|frame| [frame.saturating_sub(around), frame.saturating_add(around)])
         .collect();
     windows.sort_unstable();
@@ -154,7 +123,8 @@ fn windows(comparison: &Comparison, around: u32) -> Vec<[u32; 2]> {
     merged
 }
 
-fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>, narrowed: bool) -> String {
+fn about(golden: &Golden, found: &Comparison, around: Option<u32>, narrowed: bool) -> String {
+    let clear = found.differences.iter().filter(|one| !one.is_borderline());
     let mut text = format!(
         "## Differences from the golden file\n\n\
          **{}**, listed as *DIFFERS* in the events; the recording opens at the first. \
@@ -164,8 +134,8 @@ fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>, narrowed
          | bright teal | of that map, what moved or is missing, as it was |\n\
          | magenta | what moved or is new, as it is; arcs whose label changed, in their frame |\n\n\
          The time cursor is held at the first difference by a loop over that frame: drag it, or turn the loop off to play.\n\n",
-        counted(comparison.differences.len() as u64, "difference"),
-        golden.tool.version,
+        counted(clear.count() as u64, "difference"),
+        golden.written_by.version,
     );
     // Writing to a string cannot fail.
     let _ = match around {
@@ -184,7 +154,7 @@ fn about(golden: &Golden, comparison: &Comparison, around: Option<u32>, narrowed
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tools::golden::{Mark, StrayedArc, Tolerance, compare};
+    use crate::tools::golden::{LabelRun, Mark, State, StrayedArc, Tolerance, compare};
 
     #[test]
     fn only_what_is_elsewhere_is_drawn_as_that_and_by_the_name_in_the_text() {
@@ -232,15 +202,14 @@ mod tests {
             [0, 500, 999].map(|frame| over.shows(frame))
         };
         assert_eq!(shown(&comparison), [true; 3]);
-        let arc = StrayedArc {
-            stamp_ns: 0,
-            frame: Some(500),
-            margin: None,
-        };
         let labels = Difference::Labels(LabelRun {
+            state: State::New,
             sensor: "left".to_owned(),
-            change: LabelChange::New(Mark::Contact),
-            arcs: vec![arc],
+            golden: None,
+            actual: Some(Mark::Contact),
+            reason: None,
+            frames: Some([500, 500]),
+            arcs: vec![StrayedArc::new(0, Some(500), None)],
         });
         // Nor does one that is in a frame beside them hide them.
         comparison.differences.push(labels);

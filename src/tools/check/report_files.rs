@@ -4,7 +4,8 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use super::{CheckError, Report, junit, summary};
+use super::report::{CheckError, Report};
+use super::{junit, summary};
 use crate::io::output::{Output, OutputError, is_stdout, make_room};
 
 /// The reports that are asked for.

@@ -2,13 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use super::artifacts::{Artifacts, artifacts_of};
-use super::bless::bless;
-use super::error::CheckError;
-use super::judge::judge;
-use super::partition::Partition;
-use super::{Report, Verdict};
+use super::job::Job;
+use super::report::{CheckError, Report};
 use crate::io::output::OutputError;
 use crate::io::outputs::{OutputsError, refuse_collisions};
 use crate::tools::golden::{Tolerance, is_set};
@@ -16,9 +14,8 @@ use crate::tools::golden::{Tolerance, is_set};
 /// What is to be checked, and how.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// The logs.
     pub logs: Vec<PathBuf>,
-    /// Where the golden files are.
+    /// The directory of the golden files.
     pub golden: PathBuf,
     /// Where to put what people look into when a log differs.
     pub artifacts: Option<PathBuf>,
@@ -30,8 +27,8 @@ pub struct Options {
     pub force: bool,
     /// Borderline labels are differences, too.
     pub strict: bool,
-    /// The part of the logs that is checked here.
-    pub partition: Option<Partition>,
+    /// The part of the logs that is checked here, `I/N`.
+    pub partition: Option<String>,
     /// What to bless with instead of what is recorded: texts as of a configuration file, each over
     /// the one before.
     pub layers: Vec<String>,
@@ -52,20 +49,14 @@ impl Options {
         json: bool,
     ) -> Result<(), OutputsError> {
         // Two logs with one golden file are refused elsewhere, with better words.
-        let golden: BTreeSet<PathBuf> = self
-            .logs
-            .iter()
-            .map(|log| golden_file(&self.golden, log))
-            .collect();
-        let kept: BTreeSet<PathBuf> = self
-            .artifacts
-            .iter()
-            .flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)))
-            .collect();
-        let json = json.then(|| Path::new("-"));
+        let golden = self.logs.iter().map(|log| golden_file(&self.golden, log));
+        let artifacts = self.artifacts.iter();
+        let kept = artifacts.flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)));
+        let written: BTreeSet<PathBuf> = golden.chain(kept).collect();
         let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
-        let written = golden.iter().chain(&kept).map(|path| Some(path.as_path()));
-        let outputs: Vec<Option<&Path>> = written.chain([junit, summary, json]).collect();
+        let outputs = written.iter().map(|path| Some(path.as_path()));
+        let json = json.then(|| Path::new("-"));
+        let outputs: Vec<Option<&Path>> = outputs.chain([junit, summary, json]).collect();
         refuse_collisions(&inputs, &outputs)
     }
 }
@@ -79,27 +70,22 @@ pub struct Suite {
     notes: Vec<String>,
 }
 
-/// A log and its golden file.
-#[derive(Debug, Clone)]
-pub(super) struct Job {
-    pub log: PathBuf,
-    pub golden: PathBuf,
-}
-
 impl Suite {
     /// Finds each log's golden file and the part to be checked, and makes the directories.
     ///
     /// # Errors
     /// Whatever makes the run senseless before it begins.
     pub fn new(options: Options) -> Result<Self, CheckError> {
+        if !options.layers.is_empty() && !options.bless {
+            return Err(CheckError::ParametersWithoutBless);
+        }
+        let partition: Option<Partition> =
+            options.partition.as_deref().map(str::parse).transpose()?;
         let ci = std::env::var("CI").is_ok_and(|value| is_set(&value));
         if options.bless && ci && !options.force {
             return Err(CheckError::BlessInCi);
         }
-        options
-            .tolerances
-            .iter()
-            .try_fold(Tolerance::default(), |all, one| all.with(one))?;
+        (options.tolerances.iter()).try_fold(Tolerance::default(), Tolerance::with)?;
         if options.bless {
             make(&options.golden)?;
         } else if !options.golden.is_dir() {
@@ -107,58 +93,47 @@ impl Suite {
                 path: options.golden,
             });
         }
-        let mut jobs = BTreeMap::<PathBuf, PathBuf>::new();
+        let mut logs = BTreeMap::<PathBuf, PathBuf>::new();
         for log in &options.logs {
             let golden = golden_file(&options.golden, log);
-            if let Some(other) = jobs.insert(golden.clone(), log.clone()) {
-                if same_file(&other, log) {
-                    return Err(CheckError::SameLog { log: log.clone() });
-                }
-                return Err(CheckError::SameGolden {
-                    one: other,
-                    other: log.clone(),
-                    golden,
-                });
+            let Some(other) = logs.insert(golden.clone(), log.clone()) else {
+                continue;
+            };
+            if same_file(&other, log) {
+                return Err(CheckError::SameLog { log: log.clone() });
             }
+            return Err(CheckError::SameGolden {
+                one: other,
+                other: log.clone(),
+                golden,
+            });
         }
-        let notes = match options.partition {
-            // Of a suite in parts, all the parts know all the logs, and one of them tells.
-            Some(partition) if !partition.is_first() => Vec::new(),
-            _ if options.bless => Vec::new(),
-            _ => unused(&options.golden, &jobs),
+        // Of a suite in parts, all the parts know all the logs, and the first one tells.
+        let tells = !options.bless && partition.is_none_or(|part| part.index == 1);
+        let notes = if tells {
+            unused(&options.golden, &logs)
+        } else {
+            Vec::new()
         };
-        let jobs: Vec<Job> = jobs
+        let jobs = logs
             .into_iter()
             .map(|(golden, log)| Job { log, golden })
             .collect();
-        let jobs = match options.partition {
+        let jobs = match partition {
             Some(partition) => partition.of(jobs),
             None => jobs,
         };
-        let artifacts = options
-            .artifacts
-            .as_deref()
-            .map(|directory| {
-                make(directory)?;
-                Ok::<_, OutputError>(Artifacts::new(directory, options.around))
-            })
-            .transpose()?;
+        if let Some(directory) = &options.artifacts {
+            make(directory)?;
+        }
+        let artifacts =
+            (options.artifacts.clone()).map(|directory| Artifacts::new(directory, options.around));
         Ok(Self {
             options,
             jobs,
             artifacts,
             notes,
         })
-    }
-
-    /// How many logs there are to check.
-    pub fn len(&self) -> usize {
-        self.jobs.len()
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.jobs.is_empty()
     }
 
     /// What a person should know of the suite as a whole.
@@ -168,32 +143,18 @@ impl Suite {
 
     /// Checks or blesses every log, and goes on after one that fails; `tell` hears of each.
     pub fn run(&self, mut tell: impl FnMut(&Report)) -> Vec<Report> {
-        let mut reports = Vec::new();
-        for job in &self.jobs {
-            let report = if self.options.bless {
-                bless(job, &self.options)
+        let options = &self.options;
+        let jobs = self.jobs.iter();
+        jobs.map(|job| {
+            let report = if options.bless {
+                job.bless(&options.layers, &options.tolerances)
             } else {
-                judge(job, self.options.strict, self.artifacts.as_ref())
+                job.check(options.strict, self.artifacts.as_ref())
             };
             tell(&report);
-            reports.push(report);
-        }
-        reports
-    }
-}
-
-impl Job {
-    /// A report without a comparison.
-    pub fn report(&self, verdict: Verdict) -> Report {
-        Report {
-            log: self.log.clone(),
-            golden: self.golden.clone(),
-            verdict,
-            notes: Vec::new(),
-            found: None,
-            artifacts: Vec::new(),
-            recording: None,
-        }
+            report
+        })
+        .collect()
     }
 }
 
@@ -218,33 +179,81 @@ fn make(directory: &Path) -> Result<(), OutputError> {
     })
 }
 
-/// More golden files without a log than this are counted, not named.
-const NAMED: usize = 20;
-
 /// Golden files that no log of this run has: what they hold is not being checked.
-fn unused(directory: &Path, jobs: &BTreeMap<PathBuf, PathBuf>) -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(directory) else {
-        return Vec::new();
-    };
+fn unused(directory: &Path, logs: &BTreeMap<PathBuf, PathBuf>) -> Vec<String> {
+    /// More of them are counted, not named.
+    const NAMED: usize = 20;
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let is_golden = |path: &PathBuf| path.to_string_lossy().ends_with(".golden.json");
     let mut unused: Vec<String> = entries
-        .flatten()
         .map(|entry| entry.path())
-        .filter(|path| {
-            let name = path
-                .file_name()
-                .map(|name| name.to_string_lossy().into_owned());
-            name.is_some_and(|name| name.ends_with(".golden.json")) && !jobs.contains_key(path)
-        })
+        .filter(|path| is_golden(path) && !logs.contains_key(path))
         .map(|path| path.display().to_string())
         .collect();
-    unused.sort();
     if unused.is_empty() {
         return Vec::new();
     }
+    unused.sort();
     let more = match unused.len().saturating_sub(NAMED) {
         0 => String::new(),
         n => format!(" and {n} more"),
     };
     unused.truncate(NAMED);
     vec![format!("no log was given for {}{more}", unused.join(", "))]
+}
+
+/// Part `index` of `count` of a big suite, counted from 1: the parts run beside each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Partition {
+    index: usize,
+    count: usize,
+}
+
+impl FromStr for Partition {
+    type Err = CheckError;
+
+    fn from_str(text: &str) -> Result<Self, CheckError> {
+        let part = text.split_once('/').and_then(|(index, count)| {
+            let (index, count) = (index.parse().ok()?, count.parse().ok()?);
+            (1..=count)
+                .contains(&index)
+                .then_some(Self { index, count })
+        });
+        part.ok_or_else(|| CheckError::Partition {
+            text: text.to_owned(),
+        })
+    }
+}
+
+impl Partition {
+    /// Every `count`-th of a sorted list, beginning with the `index`-th: parts differ by one log at
+    /// most, whatever order the logs are named in.
+    fn of<T>(self, sorted: Vec<T>) -> Vec<T> {
+        let chosen = sorted.into_iter().skip(self.index - 1);
+        chosen.step_by(self.count).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parts_make_the_whole_and_share_nothing() {
+        let parts = (1..=4).flat_map(|i| Partition { index: i, count: 4 }.of((0..10).collect()));
+        let mut all: Vec<i32> = parts.collect();
+        all.sort_unstable();
+        assert_eq!(all, (0..10).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_is_no_part_is_refused() {
+        assert_eq!(
+            "2/4".parse::<Partition>().unwrap(),
+            Partition { index: 2, count: 4 }
+        );
+        for text in ["0/4", "5/4", "1/0", "1", "a/b", "-1/4", ""] {
+            assert!(text.parse::<Partition>().is_err(), "{text}");
+        }
+    }
 }

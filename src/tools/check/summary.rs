@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::sketch::sketch;
-use super::text::{SHOWN, closing, sections};
-use super::{Report, Verdict};
+use super::report::Report;
+use super::text::closing;
+use crate::core::exit::Exit;
+use crate::core::geometry::Vec2;
 use crate::core::legible::{inert_line, legible};
-use crate::tools::golden::{Difference, Set};
+use crate::tools::golden::{Comparison, Feature, Geometry, SECTIONS, SHOWN, sections};
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
 const MOST_BYTES: usize = 1_000_000;
@@ -92,7 +93,7 @@ fn row(report: &Report) -> String {
     format!(
         "| {} | {} | {} |\n",
         code(&report.log.display().to_string()),
-        verdict(report),
+        result(report),
         numbers(report).map_or_else(
             || "- | - | - | - | -".to_owned(),
             |n| n.map(|n| n.to_string()).join(" | ")
@@ -101,14 +102,11 @@ fn row(report: &Report) -> String {
 }
 
 fn needs_a_look(report: &Report) -> bool {
-    !matches!(
-        report.verdict,
-        Verdict::Matches | Verdict::Unchanged | Verdict::Blessed
-    )
+    report.result.exit() != Exit::Done
 }
 
-fn verdict(report: &Report) -> String {
-    let name = report.verdict.name();
+fn result(report: &Report) -> String {
+    let name = report.result.name();
     if needs_a_look(report) {
         format!("**{name}**")
     } else {
@@ -118,49 +116,58 @@ fn verdict(report: &Report) -> String {
 
 /// Differences in the sonars and their noise, the map, the extracted features and the labels, and borderline labels.
 fn numbers(report: &Report) -> Option<[usize; 5]> {
-    let found = &report.found.as_ref()?.comparison;
-    let arcs = |runs: &mut dyn Iterator<Item = usize>| runs.sum();
-    let is_sonar = |one: &&Difference| matches!(one, Difference::Sonar(_) | Difference::Noise(_));
-    Some([
-        found.differences.iter().filter(is_sonar).count(),
-        found.features(Set::Map).count(),
-        found.features(Set::Extracted).count(),
-        arcs(&mut found.labels().map(|run| run.arcs.len())),
-        arcs(&mut found.borderline.iter().map(|run| run.arcs.len())),
-    ])
+    let found = &report.compared.as_ref()?.found;
+    let count = |section: &str| {
+        let of_it = found
+            .differences
+            .iter()
+            .filter(|one| one.section() == section);
+        of_it
+            .map(|one| one.labels().map_or(1, |run| run.arcs.len()))
+            .sum::<usize>()
+    };
+    let [_, noise, sonars, map, extracted, labels, borderline] = SECTIONS.map(count);
+    Some([noise + sonars, map, extracted, labels, borderline])
 }
 
 // Writing to a string cannot fail.
 fn details(text: &mut String, report: &Report, strict: bool) {
-    let sections = report
-        .found
-        .as_ref()
-        .map(|found| sections(found, report.recording.as_deref(), strict))
-        .unwrap_or_default();
+    let compared = report.compared.as_ref();
+    let sections = compared.map_or_else(Vec::new, |compared| {
+        sections(&compared.found, report.recording.as_deref(), strict)
+    });
     let nothing =
-        sections.is_empty() && report.verdict.reason().is_none() && report.notes.is_empty();
+        sections.is_empty() && report.result.reason().is_none() && report.notes.is_empty();
     if nothing {
         return;
     }
     let _ = writeln!(text, "\n### {}\n", code(&report.log.display().to_string()));
-    if let Some(reason) = report.verdict.reason() {
+    if let Some(reason) = report.result.reason() {
         block(text, reason);
     }
     for note in &report.notes {
         block(text, &format!("note: {note}"));
     }
-    for (head, lines) in &sections {
-        let _ = writeln!(text, "**{}**\n", head.replace("->", "→"));
-        let shown: Vec<&str> = lines.iter().take(SHOWN).map(String::as_str).collect();
-        block(text, &shown.join("\n"));
+    for section in &sections {
+        let _ = writeln!(text, "**{}**\n", section.heading.replace("->", "→"));
+        let lines = &section.lines;
+        block(
+            text,
+            &lines
+                .iter()
+                .take(SHOWN)
+                .map(String::as_str)
+                .collect::<Vec<_>>()
+                .join("\n"),
+        );
         if lines.len() > SHOWN {
             let _ = writeln!(text, "... and {} more\n", lines.len() - SHOWN);
         }
     }
     if needs_a_look(report)
-        && let Some(found) = &report.found
+        && let Some(compared) = compared
     {
-        let map = sketch(&found.golden.results.map, &found.comparison);
+        let map = sketch(&compared.map, &compared.found);
         if !map.is_empty() {
             let _ = writeln!(
                 text,
@@ -175,6 +182,68 @@ fn details(text: &mut String, report: &Report, strict: bool) {
         let name = path.file_name().unwrap_or(path.as_os_str());
         let _ = writeln!(text, "- artefact {}", code(&name.to_string_lossy()));
     }
+}
+
+/// The golden map in letters, and over it what moved: `.` as it was, `-` what moved or is missing, `#` what
+/// moved or is new. Points are `o` where they are as they were.
+fn sketch(golden: &[Feature], found: &Comparison) -> String {
+    const COLUMNS: usize = 76;
+    const MOST_ROWS: usize = 40;
+    /// Letters are about twice as high as they are wide.
+    const ASPECT: f64 = 2.0;
+    let is_point = |feature: &Feature| matches!(feature.geometry, Geometry::Point { .. });
+    let layers: Vec<(Vec<Vec2>, char)> = golden
+        .iter()
+        .map(|feature| (places(feature), if is_point(feature) { 'o' } else { '.' }))
+        .chain(
+            found
+                .elsewhere()
+                .filter_map(|one| Some((places(one.golden.as_ref()?), '-'))),
+        )
+        .chain(
+            found
+                .elsewhere()
+                .filter_map(|one| Some((places(one.actual.as_ref()?), '#'))),
+        )
+        .collect();
+    let all = || layers.iter().flat_map(|(places, _)| places);
+    let Some(first) = all().next() else {
+        return String::new();
+    };
+    let low = all().fold(*first, |low, at| low.inf(at));
+    let high = all().fold(*first, |high, at| high.sup(at));
+    let span = high - low;
+    let cell = (span.x / (COLUMNS - 1) as f64)
+        .max(span.y / ASPECT / (MOST_ROWS - 1) as f64)
+        .max(1e-3);
+    let rows = ((span.y / cell / ASPECT).round() as usize).min(MOST_ROWS - 1) + 1;
+    let columns = ((span.x / cell).round() as usize).min(COLUMNS - 1) + 1;
+    let mut grid = vec![vec![' '; columns]; rows];
+    for (places, letter) in &layers {
+        for at in places {
+            let column = ((at.x - low.x) / cell).round() as usize;
+            let row = ((high.y - at.y) / cell / ASPECT).round() as usize;
+            if let Some(spot) = grid.get_mut(row).and_then(|row| row.get_mut(column)) {
+                *spot = *letter;
+            }
+        }
+    }
+    let lines: Vec<String> = grid
+        .into_iter()
+        .map(|row| row.into_iter().collect::<String>().trim_end().to_owned())
+        .collect();
+    format!("{}\n(a letter is {cell:.2} m wide)\n", lines.join("\n"))
+}
+
+/// Places along a feature, near enough to each other to draw it.
+fn places(feature: &Feature) -> Vec<Vec2> {
+    const STEPS: u32 = 160;
+    let Some([from, to]) = feature.geometry.ends() else {
+        return Vec::new();
+    };
+    (0..=STEPS)
+        .map(|i| from + (to - from) * (f64::from(i) / f64::from(STEPS)))
+        .collect()
 }
 
 /// Text as it is, whatever it holds.
@@ -196,15 +265,16 @@ fn code(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::report::CheckResult;
     use super::*;
 
     fn unusable(log: &str, reason: &str) -> Report {
         Report {
             log: log.into(),
             golden: "golden".into(),
-            verdict: Verdict::Unusable(reason.to_owned()),
+            result: CheckResult::Unusable(reason.to_owned()),
             notes: Vec::new(),
-            found: None,
+            compared: None,
             artifacts: Vec::new(),
             recording: None,
         }

@@ -12,8 +12,9 @@ use super::truth::{Target, Truth};
 use crate::core::event::SonarId;
 use crate::core::replay::Outcome;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Extraction, Kind};
+use crate::core::tmam::feature::{Action, Kind};
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::step::Extraction;
 
 /// How a replay did.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,9 +7,10 @@ use crate::core::geometry::Vec2;
 use crate::core::replay::Outcome;
 use crate::core::rounding::{number, rounded};
 use crate::core::tmam::arc::{Arc, ArcId};
-use crate::core::tmam::feature::{Action, Extraction, MapFeature, Rejection, Shape};
+use crate::core::tmam::feature::{Action, MapFeature, Rejection, Shape};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::step::Extraction;
 use crate::core::world::Reflector;
 use crate::tools::evaluate::truth::{Origin, Other, Target, Truth};
 

@@ -1,37 +1,40 @@
-//! What a golden file holds of a replay.
+//! The results of a replay, and which log they are of.
 
 use std::collections::BTreeMap;
 
-use super::range_noise::RangeNoise;
-use super::results::{Feature, LabelledArc, Labels, Margin, Mark, Measured, Results, micro};
-use crate::core::event::{Sonar, SonarId};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use super::results::{
+    Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, RangeSigma, Results, micro,
+    sigma_of,
+};
+use crate::core::event::{Events, Sonar, SonarId};
+use crate::core::log::Log;
+use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
+use crate::core::rounding::rounded;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Extraction, MapFeature, Shape};
+use crate::core::tmam::feature::{Action, MapFeature, Shape};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::step::Extraction;
 
-/// The results of a replay of these sonars.
-pub fn results(sonars: &[Sonar], outcome: &Outcome) -> Results {
-    let mut spans = BTreeMap::<u32, [u32; 2]>::new();
-    for extraction in &outcome.extractions {
-        if let (Some(feature), Some([first, last])) = (extraction.map_feature, frames(extraction)) {
-            let span = spans.entry(feature.id).or_insert([first, last]);
-            *span = [span[0].min(first), span[1].max(last)];
-        }
-    }
+/// The results of a replay.
+pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
+    let runs = outcome.extractions.iter();
+    let spans = spans(runs.filter_map(|run| Some((run.map_feature?.id, frames(run)?))));
     let map = outcome.map.iter();
+    let extractions = outcome.extractions.iter();
     Results {
         map: map
-            .map(|feature| registered(feature, spans.get(&feature.id).copied()))
+            .map(|one| registered(one, spans.get(&one.id).copied()))
             .collect(),
-        extracted: outcome
-            .extractions
-            .iter()
-            .map(|extraction| extracted(extraction, sonars))
+        extracted: extractions
+            .map(|one| extracted(one, setting.sonars))
             .collect(),
-        labels: Some(labels(sonars, outcome)),
-        noise: RangeNoise::Unknown,
+        labels: Some(labels(setting.sonars, outcome)),
+        noise: RangeSigma::of(outcome.variance_from, setting.config),
     }
 }
 
@@ -86,7 +89,9 @@ fn extracted(extraction: &Extraction, sonars: &[Sonar]) -> Feature {
     };
     let mut feature = match &extraction.shape {
         Some(shape) => shaped(shape),
-        None => Feature::new(extraction.kind, None),
+        None => Feature::new(Geometry::Unfitted {
+            kind: extraction.kind,
+        }),
     };
     feature.id = extraction.id;
     feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
@@ -121,6 +126,16 @@ fn frames(extraction: &Extraction) -> Option<[u32; 2]> {
     Some([first.frame, last.frame])
 }
 
+/// First and last frame of the runs behind each feature of the map, by its id.
+pub fn spans(runs: impl Iterator<Item = (u32, [u32; 2])>) -> BTreeMap<u32, [u32; 2]> {
+    let mut spans = BTreeMap::new();
+    for (id, [first, last]) in runs {
+        let span = spans.entry(id).or_insert([first, last]);
+        *span = [span[0].min(first), span[1].max(last)];
+    }
+    spans
+}
+
 fn registered(feature: &MapFeature, frames: Option<[u32; 2]>) -> Feature {
     Feature {
         id: feature.id,
@@ -142,9 +157,68 @@ fn shaped(shape: &Shape) -> Feature {
             point.covariance,
         ),
     };
-    let sigma = [covariance.m11, covariance.m22].map(|variance| micro(variance.max(0.0).sqrt()));
     Feature {
-        sigma: sigma.iter().all(|s| s.is_finite()).then_some(sigma),
+        sigma: sigma_of([covariance.m11, covariance.m22]),
         ..feature
     }
+}
+
+/// The log that results come from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogInfo {
+    /// Its file name.
+    pub file: String,
+    /// The [`digest`] of its events.
+    pub events_sha256: String,
+}
+
+impl LogInfo {
+    pub fn of(log: &Log) -> Self {
+        Self {
+            file: log.file.clone(),
+            events_sha256: digest(&log.events),
+        }
+    }
+}
+
+/// SHA-256 over what was read from a log: sonars and their mounts, readings, odometry, in stamp order.
+///
+/// Of the events, not of the file: a log that was compressed otherwise, cut into other chunks or
+/// written in another order holds the same drive. Numbers count to 1e-9.
+pub fn digest(events: &Events) -> String {
+    let mut hash = Sha256::new();
+    let numbers = |hash: &mut Sha256, numbers: &[f64]| {
+        for number in numbers {
+            let number = if number.is_nan() {
+                f64::NAN
+            } else {
+                rounded(*number)
+            };
+            hash.update(number.to_bits().to_le_bytes());
+        }
+    };
+    hash.update((events.sonars.len() as u64).to_le_bytes());
+    for sonar in &events.sonars {
+        hash.update((sonar.name.len() as u64).to_le_bytes());
+        hash.update(sonar.name.as_bytes());
+        let mount = sonar.robot_from_sensor;
+        numbers(&mut hash, &[mount.x, mount.y, mount.yaw]);
+    }
+    hash.update((events.readings.len() as u64).to_le_bytes());
+    for r in &events.readings {
+        hash.update(r.stamp_ns.to_le_bytes());
+        hash.update(r.sonar.0.to_le_bytes());
+        numbers(
+            &mut hash,
+            &[r.range, r.min_range, r.max_range, r.beam_width, r.variance],
+        );
+    }
+    hash.update((events.odometry.len() as u64).to_le_bytes());
+    for sample in &events.odometry {
+        hash.update(sample.stamp_ns.to_le_bytes());
+        let pose = sample.world_from_robot;
+        numbers(&mut hash, &[pose.x, pose.y, pose.yaw]);
+    }
+    format!("{:x}", hash.finalize())
 }

@@ -1,283 +1,404 @@
 //! Results against results.
+//!
+//! Features are paired by nearness, never by place in a list. What is identical is paired first. Among
+//! the rest, pairs within the gates are chosen so that there are as many as can be and their distances
+//! add up to the least.
 
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
-use super::difference::{Change, Comparison, Difference, FeatureDifference, Set, Value};
-use super::labels::compare_labels;
-use super::pairing::{pairs, signed_like};
-use super::range_noise::compare_noise;
-use super::results::{Feature, Geometry, Results};
-use super::sonars::compare_sonars;
+use super::difference::{
+    Change, Comparison, Difference, FeatureDifference, LabelRun, State, StrayedArc, Unit,
+};
+use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results};
 use super::tolerance::Tolerance;
+use crate::core::assignment::assign;
 use crate::core::geometry::{Vec2, unit, wrap_angle};
+use crate::core::tmam::label::Kind;
 
 /// What `actual` has otherwise than `golden`, beyond the tolerance.
 ///
 /// Features are paired by nearness, lines with lines and points with points, never by id or place;
 /// labels by sonar and stamp, where both sides have labels.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
-    let mut found = Comparison::default();
-    let noise = compare_noise(golden.noise, actual.noise, tolerance);
-    found.differences.extend(noise.map(Difference::Noise));
-    if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
-        let sonars = compare_sonars(golden, actual, tolerance);
-        found
-            .differences
-            .extend(sonars.into_iter().map(Difference::Sonar));
+    let labels = golden.labels.as_ref().zip(actual.labels.as_ref());
+    let mut differences: Vec<Difference> = noise(golden.noise, actual.noise, tolerance)
+        .map(|change| Difference::Noise { changes: [change] })
+        .into_iter()
+        .collect();
+    differences.extend(
+        labels
+            .into_iter()
+            .flat_map(|(g, a)| sonars(g, a, tolerance)),
+    );
+    let map = features(&golden.map, &actual.map, tolerance);
+    differences.extend(map.into_iter().map(|one| Difference::Map(Box::new(one))));
+    let extracted = features(&golden.extracted, &actual.extracted, tolerance);
+    differences.extend(
+        extracted
+            .into_iter()
+            .map(|one| Difference::Extracted(Box::new(one))),
+    );
+    if let Some((golden, actual)) = labels {
+        let (clear, near) = label_runs(golden, actual, tolerance);
+        differences.extend(clear.into_iter().map(Difference::Labels));
+        differences.extend(near.into_iter().map(Difference::Borderline));
     }
-    for (set, golden, actual) in [
-        (Set::Map, &golden.map, &actual.map),
-        (Set::Extracted, &golden.extracted, &actual.extracted),
-    ] {
-        let features = compare_features(set, golden, actual, tolerance);
-        found.differences.extend(
-            features
-                .into_iter()
-                .map(|one| Difference::Feature(Box::new(one))),
-        );
+    Comparison {
+        differences,
+        label_counts: labels.map(|(golden, actual)| [golden.counts(), actual.counts()]),
+        tolerance: *tolerance,
     }
-    if let (Some(golden), Some(actual)) = (&golden.labels, &actual.labels) {
-        let (clear, borderline) = compare_labels(golden, actual, tolerance);
-        found
-            .differences
-            .extend(clear.into_iter().map(Difference::Labels));
-        found.borderline = borderline;
-        found.labels_compared = true;
-    }
-    found
 }
 
-fn compare_features(
-    set: Set,
+/// The change of a number, where it is beyond the tolerance.
+fn number(
+    what: &'static str,
+    unit: Unit,
+    golden: f64,
+    actual: f64,
+    tolerance: f64,
+) -> Option<Change> {
+    /// Rounding on either side is no difference.
+    const ROUNDING: f64 = 1.5e-6;
+    let moved = match unit {
+        Unit::Radians => wrap_angle(actual - golden),
+        _ => actual - golden,
+    };
+    let (allowed, delta) = match unit {
+        Unit::Relative => (tolerance * golden.abs(), moved / golden.abs().max(1e-6)),
+        _ => (tolerance, moved),
+    };
+    (moved.abs() > allowed + ROUNDING).then_some(Change::Number {
+        what,
+        unit,
+        golden,
+        actual,
+        delta,
+        tolerance,
+    })
+}
+
+fn word(what: &'static str, golden: String, actual: String) -> Change {
+    Change::Word {
+        what,
+        golden,
+        actual,
+    }
+}
+
+/// How the noise differs, where both sides record it.
+fn noise(golden: RangeSigma, actual: RangeSigma, tolerance: &Tolerance) -> Option<Change> {
+    let words = |noise| match noise {
+        RangeSigma::Measured(sigma) => format!("measured {:.1} mm", sigma * 1e3),
+        _ => "said by messages or configuration".to_owned(),
+    };
+    match (golden, actual) {
+        (RangeSigma::Measured(then), RangeSigma::Measured(now)) => {
+            number("measured sigma", Unit::Relative, then, now, tolerance.sigma)
+        }
+        (RangeSigma::Unknown, _) | (_, RangeSigma::Unknown) => None,
+        (then, now) => (then != now).then(|| word("noise", words(then), words(now))),
+    }
+}
+
+/// The sonars that are gone, new, mounted otherwise or measure otherwise.
+fn sonars(golden: &Labels, actual: &Labels, tolerance: &Tolerance) -> Vec<Difference> {
+    let changes = |sensor: &String| {
+        let [then, now] = [golden, actual].map(|labels| labels.sonars.get(sensor).map(Vec::len));
+        let gone = "none, the sonar is gone".to_owned();
+        match (then, now) {
+            (Some(arcs), None) => return vec![word("arcs", arcs.to_string(), gone)],
+            (None, Some(arcs)) => {
+                return vec![word(
+                    "arcs",
+                    "none".to_owned(),
+                    format!("{arcs}, the sonar is new"),
+                )];
+            }
+            _ => {}
+        }
+        let measured = golden.measured.get(sensor).zip(actual.measured.get(sensor));
+        measured.map_or_else(Vec::new, |(then, now)| {
+            let ([x, y, yaw], [u, v, turned]) = (then.mount, now.mount);
+            let (position, theta, rho) = (tolerance.position, tolerance.theta, tolerance.rho);
+            [
+                number("mount x", Unit::Metres, x, u, position),
+                number("mount y", Unit::Metres, y, v, position),
+                number("mount yaw", Unit::Radians, yaw, turned, theta),
+                number(
+                    "mean range",
+                    Unit::Metres,
+                    then.mean_range,
+                    now.mean_range,
+                    rho,
+                ),
+            ]
+            .into_iter()
+            .flatten()
+            .collect()
+        })
+    };
+    let names = |labels: &'_ Labels| -> BTreeSet<String> {
+        labels
+            .sonars
+            .keys()
+            .chain(labels.measured.keys())
+            .cloned()
+            .collect()
+    };
+    names(golden)
+        .union(&names(actual))
+        .map(|sensor| (sensor.clone(), changes(sensor)))
+        .filter(|(_, changes)| !changes.is_empty())
+        .map(|(sensor, changes)| Difference::Sonar { sensor, changes })
+        .collect()
+}
+
+/// Features that changed or are missing, in the order of `golden`, then the new ones.
+fn features(
     golden: &[Feature],
     actual: &[Feature],
     tolerance: &Tolerance,
 ) -> Vec<FeatureDifference> {
-    let pairs = pairs(golden, actual, tolerance);
-    let partner = |place: usize| {
-        let at = pairs.binary_search_by_key(&place, |pair| pair.0).ok()?;
-        pairs.get(at).and_then(|(_, a)| actual.get(*a))
-    };
-    let mut found: Vec<FeatureDifference> = golden
+    let partners: BTreeMap<usize, usize> = pairs(golden, actual, tolerance).into_iter().collect();
+    let paired: BTreeSet<usize> = partners.values().copied().collect();
+    let known = golden.iter().enumerate().filter_map(|(place, feature)| {
+        let partner = partners.get(&place).and_then(|place| actual.get(*place));
+        let changes = partner.map(|partner| changes(feature, partner, tolerance));
+        if changes.as_ref().is_some_and(Vec::is_empty) {
+            return None;
+        }
+        FeatureDifference::new(Some(feature), partner, changes.unwrap_or_default())
+    });
+    let unpaired = actual
         .iter()
         .enumerate()
-        .filter_map(|(place, feature)| {
-            let partner = partner(place);
-            let changes = partner.map(|partner| changes(feature, partner, tolerance));
-            if changes.as_ref().is_some_and(Vec::is_empty) {
-                return None;
-            }
-            Some(FeatureDifference {
-                set,
-                golden: Some(feature.clone()),
-                actual: partner.cloned(),
-                changes: changes.unwrap_or_default(),
-            })
-        })
-        .collect();
-    let mut paired: Vec<usize> = pairs.iter().map(|pair| pair.1).collect();
-    paired.sort_unstable();
-    let new = actual
-        .iter()
-        .enumerate()
-        .filter(|(place, _)| paired.binary_search(place).is_err());
-    found.extend(new.map(|(_, feature)| FeatureDifference {
-        set,
-        golden: None,
-        actual: Some(feature.clone()),
-        changes: Vec::new(),
-    }));
-    found
+        .filter(|(place, _)| !paired.contains(place));
+    let new =
+        unpaired.filter_map(|(_, feature)| FeatureDifference::new(None, Some(feature), Vec::new()));
+    known.chain(new).collect()
 }
 
 /// What moved beyond its tolerance between a feature and its partner.
 fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Change> {
-    let mut changes = Vec::new();
-    match (&golden.geometry, &actual.geometry) {
-        (
-            Some(Geometry::Line {
-                rho,
-                theta,
-                mid,
-                half_length,
-            }),
-            Some(
-                other @ Geometry::Line {
-                    mid: m,
-                    half_length: h,
-                    ..
-                },
-            ),
-        ) => {
-            let (offset, angle) = signed_like(other, *theta).unwrap_or((*rho, *theta));
-            changes.extend(length("rho", *rho, offset, tolerance.rho));
-            changes.extend(self::angle("theta", *theta, angle, tolerance.theta));
-            let along = |mid: &[f64; 2]| unit(theta + FRAC_PI_2).dot(&Vec2::from(*mid));
-            changes.extend(length("middle", along(mid), along(m), tolerance.extent));
-            changes.extend(length("half length", *half_length, *h, tolerance.extent));
+    let (extent, position) = (tolerance.extent, tolerance.position);
+    let moved = match (&golden.geometry, &actual.geometry) {
+        (Geometry::Line(then), Geometry::Line(now)) => {
+            let (rho, theta) = now.signed_like(then.theta);
+            let along = |mid: [f64; 2]| unit(then.theta + FRAC_PI_2).dot(&Vec2::from(mid));
+            vec![
+                number("rho", Unit::Metres, then.rho, rho, tolerance.rho),
+                number("theta", Unit::Radians, then.theta, theta, tolerance.theta),
+                number(
+                    "middle",
+                    Unit::Metres,
+                    along(then.mid),
+                    along(now.mid),
+                    extent,
+                ),
+                number(
+                    "half length",
+                    Unit::Metres,
+                    then.half_length,
+                    now.half_length,
+                    extent,
+                ),
+            ]
         }
-        (Some(Geometry::Point { x, y }), Some(Geometry::Point { x: u, y: v })) => {
-            changes.extend(length("x", *x, *u, tolerance.position));
-            changes.extend(length("y", *y, *v, tolerance.position));
-        }
-        _ => {}
-    }
-    let names = match golden.geometry {
-        Some(Geometry::Line { .. }) => ["sigma rho", "sigma theta"],
-        _ => ["sigma x", "sigma y"],
+        (Geometry::Point { x, y }, Geometry::Point { x: u, y: v }) => vec![
+            number("x", Unit::Metres, *x, *u, position),
+            number("y", Unit::Metres, *y, *v, position),
+        ],
+        _ => Vec::new(),
+    };
+    let mut changes: Vec<Change> = moved.into_iter().flatten().collect();
+    let names = match golden.kind() {
+        Kind::Line => ["sigma rho", "sigma theta"],
+        Kind::Point => ["sigma x", "sigma y"],
     };
     // Of a feature that moved, nobody wants to read that its covariance moved, too.
-    if let (true, Some(golden), Some(actual)) = (changes.is_empty(), golden.sigma, actual.sigma) {
-        for ((what, g), a) in names.into_iter().zip(golden).zip(actual) {
-            changes.extend(deviation(what, g, a, tolerance.sigma));
+    if let (true, Some(then), Some(now)) = (changes.is_empty(), golden.sigma, actual.sigma) {
+        for ((what, then), now) in names.into_iter().zip(then).zip(now) {
+            changes.extend(number(what, Unit::Relative, then, now, tolerance.sigma));
         }
     }
-    if golden.readings.abs_diff(actual.readings) > tolerance.readings {
-        let value = Value::Count {
-            golden: golden.readings,
-            actual: actual.readings,
-            tolerance: tolerance.readings,
-        };
-        changes.push(Change {
-            what: "readings",
-            value,
-        });
-    }
+    let [then, now, readings] =
+        [golden.readings, actual.readings, tolerance.readings].map(f64::from);
+    changes.extend(number("readings", Unit::Count, then, now, readings));
     if golden.fate != actual.fate {
-        let word = |fate: &Option<String>| fate.clone().unwrap_or_else(|| "unknown".to_owned());
-        let value = Value::Word {
-            golden: word(&golden.fate),
-            actual: word(&actual.fate),
-        };
-        changes.push(Change {
-            what: "outcome",
-            value,
-        });
+        let fate = |fate: &Option<String>| fate.clone().unwrap_or_else(|| "unknown".to_owned());
+        changes.push(word("outcome", fate(&golden.fate), fate(&actual.fate)));
     }
     changes
 }
 
-/// Rounding on either side is no difference.
-fn beyond(delta: f64, tolerance: f64) -> bool {
-    const ROUNDING: f64 = 1.5e-6;
-    delta.abs() > tolerance + ROUNDING
+/// Frames that may lie between the runs of an extracted feature and of its partner.
+const FRAMES_APART: u32 = 10;
+
+/// Pairs of places in the two lists.
+pub fn pairs(golden: &[Feature], actual: &[Feature], tolerance: &Tolerance) -> Vec<(usize, usize)> {
+    let mut found = identical(golden, actual);
+    let (rows, columns): (BTreeSet<usize>, BTreeSet<usize>) = found.iter().copied().unzip();
+    let free = |features: &'_ [Feature], taken: &BTreeSet<usize>| -> Vec<usize> {
+        (0..features.len())
+            .filter(|place| !taken.contains(place))
+            .collect()
+    };
+    let columns = free(actual, &columns);
+    let mut costs = Vec::new();
+    for row in free(golden, &rows) {
+        for column in &columns {
+            if let (Some(g), Some(a)) = (golden.get(row), actual.get(*column))
+                && let Some(cost) = distance(g, a, tolerance)
+            {
+                costs.push((row, *column, cost));
+            }
+        }
+    }
+    found.extend(assign(golden.len(), actual.len(), &costs));
+    found.sort_unstable();
+    found
 }
 
-pub(super) fn length(
-    what: &'static str,
-    golden: f64,
-    actual: f64,
-    tolerance: f64,
-) -> Option<Change> {
-    let delta = actual - golden;
-    beyond(delta, tolerance).then_some(Change {
-        what,
-        value: Value::Length {
-            golden,
-            actual,
-            delta,
-            tolerance,
-        },
+/// Features that did not change at all.
+fn identical(golden: &[Feature], actual: &[Feature]) -> Vec<(usize, usize)> {
+    let key = |f: &Feature| {
+        let (geometry, sensor, frames, fate) = (f.geometry, &f.sensor, f.frames, &f.fate);
+        (!f.is_unfitted())
+            .then(|| format!("{geometry:?} {sensor:?} {frames:?} {fate:?} {}", f.readings))
+    };
+    let mut waiting = BTreeMap::<String, Vec<usize>>::new();
+    for (place, feature) in actual.iter().enumerate().rev() {
+        if let Some(key) = key(feature) {
+            waiting.entry(key).or_default().push(place);
+        }
+    }
+    let mut partner = |feature: &Feature| waiting.get_mut(&key(feature)?)?.pop();
+    let paired = golden.iter().enumerate();
+    paired
+        .filter_map(|(place, feature)| Some((place, partner(feature)?)))
+        .collect()
+}
+
+/// How far apart two features are, in gates; `None` where they cannot be one.
+fn distance(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Option<f64> {
+    if golden.kind() != actual.kind() || golden.sensor != actual.sensor {
+        return None;
+    }
+    let apart = match (golden.frames, actual.frames) {
+        (Some(g), Some(a)) if golden.sensor.is_some() => frames_apart(g, a)?,
+        _ => 0.0,
+    };
+    let gate = |way: f64, gate: f64| {
+        let part = if gate > 0.0 {
+            way.abs() / gate
+        } else {
+            way.abs() * f64::INFINITY
+        };
+        (part <= 1.0).then_some(part * part)
+    };
+    let near = match (&golden.geometry, &actual.geometry) {
+        (Geometry::Line(then), Geometry::Line(now)) => {
+            let (rho, theta) = now.signed_like(then.theta);
+            let way = Vec2::from(now.mid) - Vec2::from(then.mid);
+            let reach = then.half_length + now.half_length + tolerance.pair_distance;
+            gate(rho - then.rho, tolerance.pair_distance)?
+                + gate(wrap_angle(theta - then.theta), tolerance.pair_angle)?
+                + gate(unit(then.theta + FRAC_PI_2).dot(&way), reach)?
+        }
+        (Geometry::Point { x, y }, Geometry::Point { x: u, y: v }) => {
+            gate(libm::hypot(u - x, v - y), tolerance.pair_distance)?
+        }
+        (Geometry::Unfitted { .. }, Geometry::Unfitted { .. }) => 0.0,
+        _ => return None,
+    };
+    Some(near + apart)
+}
+
+/// How far two runs lie apart, as a part of what may be: their gap must be small, and of two runs
+/// that could be meant the one that begins and ends alike is.
+fn frames_apart([a, b]: [u32; 2], [c, d]: [u32; 2]) -> Option<f64> {
+    let gap = c.saturating_sub(b).max(a.saturating_sub(d));
+    (gap <= FRAMES_APART).then(|| {
+        let shift = a.abs_diff(c).min(1000) + b.abs_diff(d).min(1000);
+        f64::from(shift) / 100.0
     })
 }
 
-/// `actual` is taken as the angle next to `golden` that it is on the circle.
-pub(super) fn angle(
-    what: &'static str,
-    golden: f64,
-    actual: f64,
-    tolerance: f64,
-) -> Option<Change> {
-    let delta = wrap_angle(actual - golden);
-    beyond(delta, tolerance).then_some(Change {
-        what,
-        value: Value::Angle {
-            golden,
-            actual,
-            delta,
-            tolerance,
-        },
-    })
+/// The labels that differ, and those that flipped with less than the tolerance to spare. An arc is
+/// known by its sonar and its stamp.
+fn label_runs(
+    golden: &Labels,
+    actual: &Labels,
+    tolerance: &Tolerance,
+) -> (Vec<LabelRun>, Vec<LabelRun>) {
+    let (mut clear, mut near): (Vec<LabelRun>, Vec<LabelRun>) = Default::default();
+    let sonars: BTreeSet<&String> = golden.sonars.keys().chain(actual.sonars.keys()).collect();
+    for sonar in sonars {
+        let arcs = |labels: &'_ Labels| labels.sonars.get(sonar).cloned().unwrap_or_default();
+        // An arc goes on with a run only where the one before it did the same.
+        let mut going = None;
+        for (then, now) in by_stamp(&arcs(golden), &arcs(actual)) {
+            let [was, is]: [Option<Mark>; 2] = [then, now].map(|arc| arc.map(|arc| arc.mark));
+            let Some(arc) = now.or(then).filter(|_| was != is) else {
+                going = None;
+                continue;
+            };
+            let flipped = was.is_some() && is.is_some();
+            let margin = arc.margin.filter(|_| flipped);
+            let is_near = margin.is_some_and(|margin| is_borderline(margin, tolerance));
+            let change = (was, is, arc.reason.filter(|_| flipped), is_near);
+            let runs = if is_near { &mut near } else { &mut clear };
+            if going != Some(change) {
+                runs.push(LabelRun {
+                    state: State::of(&was, &is),
+                    sensor: sonar.clone(),
+                    golden: was,
+                    actual: is,
+                    reason: change.2,
+                    frames: None,
+                    arcs: Vec::new(),
+                });
+            }
+            let frame = arc.frame.or_else(|| actual.frame_at(arc.stamp_ns));
+            if let Some(run) = runs.last_mut() {
+                run.push(StrayedArc::new(arc.stamp_ns, frame, margin));
+            }
+            going = Some(change);
+        }
+    }
+    (clear, near)
 }
 
-pub(super) fn deviation(
-    what: &'static str,
-    golden: f64,
-    actual: f64,
-    tolerance: f64,
-) -> Option<Change> {
-    let delta = (actual - golden) / golden.abs().max(1e-6);
-    beyond((actual - golden).abs(), tolerance * golden.abs()).then_some(Change {
-        what,
-        value: Value::Deviation {
-            golden,
-            actual,
-            delta,
-            tolerance,
-        },
-    })
+fn is_borderline(margin: Margin, tolerance: &Tolerance) -> bool {
+    match margin {
+        Margin::Angle(radians) => radians < tolerance.borderline,
+        Margin::Chi2(chi2) => chi2 < tolerance.borderline_chi2,
+    }
+}
+
+/// The arcs of two lists, those of one stamp together.
+fn by_stamp(
+    golden: &[LabelledArc],
+    actual: &[LabelledArc],
+) -> Vec<(Option<LabelledArc>, Option<LabelledArc>)> {
+    let (mut golden, mut actual) = (golden.iter().peekable(), actual.iter().peekable());
+    let mut pairs = Vec::new();
+    loop {
+        let order = match (golden.peek(), actual.peek()) {
+            (Some(g), Some(a)) => g.stamp_ns.cmp(&a.stamp_ns),
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (None, None) => return pairs,
+        };
+        pairs.push((
+            golden.next_if(|_| order.is_le()).copied(),
+            actual.next_if(|_| order.is_ge()).copied(),
+        ));
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::text::describe;
-    use super::*;
-    use proptest::prelude::*;
-
-    fn results(features: Vec<Feature>) -> Results {
-        Results::of_map(features)
-    }
-
-    fn texts(golden: Vec<Feature>, actual: Vec<Feature>) -> Vec<String> {
-        compare(&results(golden), &results(actual), &Tolerance::default())
-            .differences
-            .iter()
-            .map(|difference| describe(difference, None))
-            .collect()
-    }
-
-    #[test]
-    fn a_line_that_moved_is_named_with_what_moved_and_by_how_much() {
-        let mut golden = Feature::line(1.2043, 0.3, [1.15, 0.36], 1.0);
-        golden.frames = Some([118, 164]);
-        let mut moved = Feature::line(1.2391, 0.3, [1.18, 0.37], 1.0);
-        moved.frames = Some([118, 164]);
-        assert_eq!(
-            texts(vec![golden], vec![moved]),
-            ["line 0: rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010), frames 118-164"]
-        );
-    }
-
-    #[test]
-    fn missing_and_new_features_are_named() {
-        let found = texts(
-            vec![Feature::point(1.0, 2.0)],
-            vec![Feature::wall([0.0, 1.0], [3.0, 1.0])],
-        );
-        assert_eq!(
-            found,
-            [
-                "point 0 is missing: x 1.0000, y 2.0000 m",
-                "line 0 is new: rho 1.0000 m, theta 90.00 deg, (3.000, 1.000) to (0.000, 1.000)"
-            ]
-        );
-    }
-
-    proptest! {
-        #[test]
-        fn order_ids_and_signs_do_not_matter(seed in prop::collection::vec((-5.0..5.0, -5.0..5.0, -3.0..3.0, 0.1..2.0), 1..12), turn in 0..12_usize) {
-            let lines = |flip: bool| -> Vec<Feature> {
-                seed.iter().map(|(x, y, theta, half)| {
-                    let rho = unit(*theta).dot(&Vec2::new(*x, *y));
-                    let (rho, theta) = if flip { (-rho, theta + std::f64::consts::PI) } else { (rho, *theta) };
-                    Feature::line(rho, theta, [*x, *y], *half)
-                }).collect()
-            };
-            let mut other = lines(true);
-            let turn = turn % other.len();
-            other.rotate_left(turn);
-            let found = compare(&results(lines(false)), &results(other), &Tolerance { theta: 0.0, rho: 0.0, extent: 0.0, ..Tolerance::default() });
-            prop_assert_eq!(found.differences, vec![]);
-        }
-    }
-}
+mod tests;

@@ -3,32 +3,61 @@
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
 
-use super::digest::digest;
-use super::error::GoldenError;
-use super::label_table::LabelTable;
+use super::collect::LogInfo;
+use super::labels_file::LabelTable;
 use super::layout::render;
-use super::range_noise::RangeNoise;
-use super::results::Results;
-use super::rows::Rows;
-use super::tolerance::{Tolerance, ToleranceError};
-use super::unrecorded::{absent_under, unrecorded};
+use super::results::{Feature, Geometry, RangeSigma, Results};
+use super::tolerance::Tolerance;
 use crate::core::config::Config;
-use crate::core::log::Log;
-use crate::io::config::file::{ConfigError, check};
+use crate::io::config::file::check;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 
 /// The format's name and version.
 pub const SCHEMA: &str = "tmam.golden/1";
 
+/// Why a golden file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum GoldenError {
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// It is of another kind, or of a version that this program does not know.
+    #[error(
+        "{} has the schema `{found}`, and this is tmam {}, which reads `{SCHEMA}`. {}",
+        path.display(), env!("CARGO_PKG_VERSION"),
+        match .relation {
+            Relation::Newer => "Install the tmam that wrote it, or bless it again with this one after removing the file",
+            Relation::Older => "Remove it and bless it again with this one",
+            Relation::Same | Relation::Other => "It is no golden file",
+        }
+    )]
+    Schema {
+        path: PathBuf,
+        found: String,
+        relation: Relation,
+    },
+    /// It is not what its schema says.
+    #[error(
+        "{} is no golden file as tmam writes it: {reason}. Mend it, take it back from version control, \
+         or remove it and bless anew", path.display()
+    )]
+    Malformed { path: PathBuf, reason: String },
+    /// A parameter that JSON cannot hold.
+    #[error("the configuration cannot be recorded in a golden file: {reason}")]
+    Config { reason: String },
+}
+
 /// A golden file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Golden {
-    /// What wrote it.
-    pub tool: Tool,
+    pub written_by: WrittenBy,
     /// The log it was made from; `None` for results that come from no log.
     pub log: Option<LogInfo>,
     /// Every parameter of the replay.
@@ -39,53 +68,41 @@ pub struct Golden {
     pub results: Results,
 }
 
-/// What wrote a file.
+/// The program that wrote a golden file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tool {
-    /// `tmam`.
+pub struct WrittenBy {
     pub name: String,
-    /// Its version.
     pub version: String,
-}
-
-/// The log that a golden file was made from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LogInfo {
-    /// Its file name.
-    pub file: String,
-    /// [`digest`](super::digest()) of its events.
-    pub events_sha256: String,
-}
-
-impl LogInfo {
-    /// Of a log that was read.
-    pub fn of(log: &Log) -> Self {
-        Self {
-            file: log.file.clone(),
-            events_sha256: digest(&log.events),
-        }
-    }
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     schema: String,
-    tool: Tool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    tool: WrittenBy,
+    #[serde(skip_serializing_if = "Option::is_none")]
     log: Option<LogInfo>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     config: Option<Config>,
     tolerances: Tolerance,
-    #[serde(default, skip_serializing_if = "RangeNoise::is_unknown")]
-    measured_sigma: RangeNoise,
+    #[serde(default, skip_serializing_if = "RangeSigma::is_unknown")]
+    measured_sigma: RangeSigma,
     map: Rows,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     features: Option<Rows>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     labels: Option<LabelTable>,
+}
+
+/// Features by kind.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Rows {
+    lines: Vec<Feature>,
+    points: Vec<Feature>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    unfitted: Vec<Feature>,
 }
 
 impl Golden {
@@ -97,7 +114,7 @@ impl Golden {
         results: Results,
     ) -> Self {
         Self {
-            tool: Tool {
+            written_by: WrittenBy {
                 name: "tmam".to_owned(),
                 version: env!("CARGO_PKG_VERSION").to_owned(),
             },
@@ -138,41 +155,94 @@ impl Golden {
             });
         }
         let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
-        let mut absent = absent_under("tolerances", bytes, &file.tolerances, "tolerances");
-        if let Some(config) = &file.config {
-            absent.extend(unrecorded(bytes, config));
+        let golden = file.open().map_err(malformed)?;
+        let json: Json = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
+        let recorded = |key| json.get(key).unwrap_or(&Json::Null);
+        let tolerances = serde_json::to_value(golden.tolerances).unwrap_or_default();
+        let mut absent = absent_in(recorded("tolerances"), &tolerances, "tolerances.");
+        if let Some(config) = &golden.config {
+            absent.extend(unrecorded(recorded("config"), config));
         }
-        let golden = file
-            .open()
-            .map_err(|reason: Contradiction| malformed(reason.0))?;
         Ok((golden, absent))
     }
 
     /// The file's bytes: the same for the same content.
     ///
     /// # Errors
-    /// A configuration that would not come back as it is.
+    /// A configuration that cannot be JSON.
     pub fn render(&self) -> Result<Vec<u8>, GoldenError> {
-        let unfit = |reason: String| GoldenError::Config { reason };
+        let results = &self.results;
+        let has_features = self.log.is_some() || !results.extracted.is_empty();
         let file = File {
             schema: SCHEMA.to_owned(),
-            tool: self.tool.clone(),
+            tool: self.written_by.clone(),
             log: self.log.clone(),
             config: self.config.clone(),
             tolerances: self.tolerances,
-            measured_sigma: self.results.noise,
-            map: self.results.map.as_slice().into(),
-            features: Some(Rows::from(self.results.extracted.as_slice()))
-                .filter(|_| self.log.is_some() || !self.results.extracted.is_empty()),
-            labels: self.results.labels.as_ref().map(LabelTable::from),
+            measured_sigma: results.noise,
+            map: Rows::from(results.map.as_slice()),
+            features: has_features.then(|| Rows::from(results.extracted.as_slice())),
+            labels: results.labels.as_ref().map(LabelTable::from),
         };
-        let bytes = render(&file).map_err(|e| unfit(e.to_string()))?;
-        let (back, _) = Self::parse(&bytes, Path::new("the golden file"))
-            .map_err(|error| unfit(error.to_string()))?;
-        if back.config != self.config {
-            return Err(unfit(NOT_FINITE.to_owned()));
+        render(&file).map_err(unfit)
+    }
+}
+
+impl File {
+    fn open(self) -> Result<Golden, String> {
+        self.tolerances.check().map_err(|error| error.to_string())?;
+        if let Some(config) = &self.config {
+            check(config).map_err(|error| format!("config: {error}"))?;
         }
-        Ok(bytes)
+        let absent = match (&self.log, &self.features, &self.labels) {
+            (Some(_), None, _) => Some("features"),
+            (Some(_), _, None) => Some("labels"),
+            _ => None,
+        };
+        if let Some(absent) = absent {
+            return Err(format!(
+                "it was made from a log, but holds no `{absent}`, so they would not be checked"
+            ));
+        }
+        Ok(Golden {
+            written_by: self.tool,
+            log: self.log,
+            config: self.config,
+            tolerances: self.tolerances,
+            results: Results {
+                map: self.map.into(),
+                extracted: self.features.unwrap_or_default().into(),
+                labels: self.labels.map(LabelTable::open).transpose()?,
+                noise: self.measured_sigma,
+            },
+        })
+    }
+}
+
+impl From<&[Feature]> for Rows {
+    fn from(features: &[Feature]) -> Self {
+        let mut sorted = features.to_vec();
+        sorted.sort_by_key(|feature| feature.id);
+        let mut rows = Self::default();
+        for feature in sorted {
+            match feature.geometry {
+                Geometry::Line(_) => rows.lines.push(feature),
+                Geometry::Point { .. } => rows.points.push(feature),
+                Geometry::Unfitted { .. } => rows.unfitted.push(feature),
+            }
+        }
+        rows
+    }
+}
+
+impl From<Rows> for Vec<Feature> {
+    fn from(rows: Rows) -> Self {
+        let mut features = [rows.lines, rows.points, rows.unfitted].concat();
+        features.sort_by_key(|feature| feature.id);
+        for feature in &mut features {
+            feature.geometry = feature.geometry.rounded();
+        }
+        features
     }
 }
 
@@ -186,71 +256,45 @@ impl Golden {
 pub fn as_recorded(config: &Config) -> Result<Config, GoldenError> {
     /// One in ten numbers is off by a bit, and hardly one of those again.
     const MOST_ROUNDS: usize = 20;
-    let unfit = |reason: String| GoldenError::Config { reason };
     let mut config = config.clone();
     for _ in 0..MOST_ROUNDS {
-        let bytes = render(&config).map_err(|e| unfit(e.to_string()))?;
+        let bytes = render(&config).map_err(unfit)?;
         if bytes.windows(5).any(|window| window == b" null") {
-            return Err(unfit(NOT_FINITE.to_owned()));
+            return Err(unfit(
+                "a number in it is not finite, and JSON holds only finite ones; give a large one",
+            ));
         }
-        let back: Config = serde_json::from_slice(&bytes).map_err(|e| unfit(e.to_string()))?;
+        let back: Config = serde_json::from_slice(&bytes).map_err(unfit)?;
         if back == config {
             return Ok(config);
         }
         config = back;
     }
-    Err(unfit("a number in it has too many digits".to_owned()))
+    Err(unfit("a number in it has too many digits"))
 }
 
-const NOT_FINITE: &str =
-    "a number in it is not finite, and JSON holds only finite ones; give a large one";
-
-/// What a file says that cannot be.
-pub struct Contradiction(pub String);
-
-impl From<ToleranceError> for Contradiction {
-    fn from(error: ToleranceError) -> Self {
-        Self(error.to_string())
+fn unfit(reason: impl ToString) -> GoldenError {
+    GoldenError::Config {
+        reason: reason.to_string(),
     }
 }
 
-impl From<ConfigError> for Contradiction {
-    fn from(error: ConfigError) -> Self {
-        Self(format!("config: {error}"))
-    }
+/// The names of the parameters that a configuration has and its record does not.
+pub fn unrecorded(recorded: &Json, config: &Config) -> Vec<String> {
+    absent_in(
+        recorded,
+        &serde_json::to_value(config).unwrap_or_default(),
+        "",
+    )
 }
 
-impl File {
-    /// What was made from a log holds all that a log gives: what is not there would not be checked.
-    fn holds_all_of_its_log(&self) -> Result<(), Contradiction> {
-        let absent = match (&self.log, &self.features, &self.labels) {
-            (Some(_), None, _) => "features",
-            (Some(_), _, None) => "labels",
-            _ => return Ok(()),
-        };
-        Err(Contradiction(format!(
-            "it was made from a log, but holds no `{absent}`, so they would not be checked"
-        )))
-    }
-
-    fn open(self) -> Result<Golden, Contradiction> {
-        self.tolerances.check()?;
-        if let Some(config) = &self.config {
-            check(config)?;
-        }
-        self.holds_all_of_its_log()?;
-        let labels = self.labels.map(LabelTable::open).transpose()?;
-        Ok(Golden {
-            tool: self.tool,
-            log: self.log,
-            config: self.config,
-            tolerances: self.tolerances,
-            results: Results {
-                map: self.map.into(),
-                extracted: self.features.map(Vec::from).unwrap_or_default(),
-                labels,
-                noise: self.measured_sigma,
-            },
-        })
-    }
+fn absent_in(recorded: &Json, full: &Json, prefix: &str) -> Vec<String> {
+    let (Some(recorded), Some(full)) = (recorded.as_object(), full.as_object()) else {
+        return Vec::new();
+    };
+    let names = full.iter().map(|(key, value)| match recorded.get(key) {
+        Some(recorded) => absent_in(recorded, value, &format!("{prefix}{key}.")),
+        None => vec![format!("{prefix}{key}")],
+    });
+    names.flatten().collect()
 }

@@ -1,24 +1,22 @@
 //! Golden files from a Rust test: another crate's features, held in `cargo test`.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::compare::compare;
-use super::error::GoldenError;
-use super::file::Golden;
+use super::file::{Golden, GoldenError};
+use super::report::describe;
 use super::results::Results;
-use super::text::describe;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::core::legible::inert_line;
 use crate::core::wording::counted;
-use crate::io::output::{Output, OutputError, make_room};
+use crate::io::output::{OutputError, make_room, write_whole};
 
 /// The environment variable that, set to 1, makes [`hold`] write the golden file.
 pub const UPDATE: &str = "UPDATE_GOLDEN";
 
 /// What [`hold`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum Held {
     /// The results are what the golden file says.
     Matches,
     /// The golden file was written.
@@ -85,7 +83,7 @@ pub fn hold(
     path: impl AsRef<Path>,
     actual: &Results,
     tolerance: &Tolerance,
-) -> Result<Outcome, HoldError> {
+) -> Result<Held, HoldError> {
     let set = |name: &str| std::env::var(name).is_ok_and(|value| is_set(&value));
     let path = path.as_ref();
     if set(UPDATE) {
@@ -107,15 +105,11 @@ pub fn hold(
     }
     let found = compare(&golden.results, actual, &golden.tolerances);
     if found.matches(false) {
-        return Ok(Outcome::Matches);
+        return Ok(Held::Matches);
     }
     Err(HoldError::Differs {
         path: path.to_owned(),
-        differences: found
-            .differences
-            .iter()
-            .map(|difference| describe(difference, None))
-            .collect(),
+        differences: found.differences.iter().map(describe).collect(),
     })
 }
 
@@ -137,7 +131,7 @@ pub fn is_set(value: &str) -> bool {
     !matches!(value.as_str(), "" | "0" | "false" | "no" | "off")
 }
 
-fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Outcome, HoldError> {
+fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Held, HoldError> {
     if actual.is_empty() {
         return Err(HoldError::Empty {
             path: path.to_owned(),
@@ -151,10 +145,8 @@ fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Outcome
     };
     let bytes = Golden::new(None, None, tolerances, actual.clone()).render()?;
     make_room(path)?;
-    let mut out = Output::create(path)?;
-    out.write_all(&bytes).map_err(|source| out.failed(source))?;
-    out.commit()?;
-    Ok(Outcome::Written)
+    write_whole(path, &bytes)?;
+    Ok(Held::Written)
 }
 
 #[cfg(test)]
@@ -203,7 +195,7 @@ mod tests {
         let path = directory.path().join("tests/golden/a.golden.json");
         let found = Results::of_map([Feature::point(1.0, 2.0)]);
         let written = write(&path, &found, &Tolerance::default()).unwrap();
-        assert_eq!(written, Outcome::Written);
+        assert_eq!(written, Held::Written);
         assert!(path.is_file());
     }
 

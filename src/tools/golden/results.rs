@@ -1,70 +1,80 @@
-//! What is compared: the map, the extracted features, and the label of every arc.
+//! What is compared: the map, the extracted features, the label of every arc, the noise of the ranges.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
-use super::range_noise::RangeNoise;
-use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
-use crate::core::tmam::feature::Kind;
+use crate::core::config::Config;
+use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
+use crate::core::noise_estimate::VarianceFrom;
+use crate::core::tmam::label::Kind;
 
-/// What a replay, or anything else that finds lines and points, came to.
+/// The results of a replay, or of anything else that finds lines and points.
 ///
 /// Numbers are rounded to a micrometre and a microradian, on both sides of a comparison alike.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Results {
-    /// The final map.
     pub map: Vec<Feature>,
     /// Every extracted feature, those that were rejected included.
     pub extracted: Vec<Feature>,
     /// The label of every arc; `None` where labels are not known.
     pub labels: Option<Labels>,
-    /// The noise of the ranges.
-    pub noise: RangeNoise,
+    pub noise: RangeSigma,
 }
 
-/// A line segment or a point.
-#[derive(Debug, Clone, PartialEq)]
+/// A line segment or a point; so it stands in golden files.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Feature {
-    /// What the difference texts call it. Never compared.
+    /// Names it in the texts of differences. Never compared.
     pub id: u32,
-    /// Line or point.
-    pub kind: Kind,
-    /// Where it is; `None` for a run that no feature could be fitted to.
-    pub geometry: Option<Geometry>,
+    #[serde(flatten)]
+    pub geometry: Geometry,
     /// Standard deviations: of (rho, theta) for a line, of (x, y) for a point.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma: Option<[f64; 2]>,
-    /// Readings that stand behind it.
+    /// How many readings stand behind it.
     pub readings: u32,
     /// First and last frame of its readings.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<[u32; 2]>,
     /// The sonar that an extracted feature comes from.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,
     /// What became of an extracted feature: `registered`, `merged`, or why it was rejected. Of a
     /// feature of the map: `confirmed` or `tentative`.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub fate: Option<String>,
 }
 
 /// Where a feature is, in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "a feature lacks one of `rho`, `theta`, `mid` and `half_length`, or one of `x` and `y`, as numbers"
+)]
 pub enum Geometry {
-    /// A segment of the line `x cos(theta) + y sin(theta) = rho`.
-    Line {
-        /// Metres; (rho, theta) and (-rho, theta + pi) are the same line.
-        rho: f64,
-        /// Radians.
-        theta: f64,
-        /// Middle of the segment, metres.
-        mid: [f64; 2],
-        /// Half its length, metres.
-        half_length: f64,
-    },
-    /// A point, metres.
+    Line(LineSegment),
+    /// Metres.
     Point {
-        /// See the variant.
         x: f64,
-        /// See the variant.
         y: f64,
     },
+    /// A run that no feature could be fitted to is nowhere.
+    Unfitted {
+        kind: Kind,
+    },
+}
+
+/// A segment of the line `x cos(theta) + y sin(theta) = rho`; (rho, theta) and (-rho, theta + pi) are
+/// the same line. Metres and radians.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LineSegment {
+    pub rho: f64,
+    pub theta: f64,
+    /// The middle of the segment.
+    pub mid: [f64; 2],
+    pub half_length: f64,
 }
 
 /// The labels of one replay.
@@ -92,9 +102,7 @@ pub struct Measured {
 /// The label of one arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LabelledArc {
-    /// When it was measured, nanoseconds.
     pub stamp_ns: i64,
-    /// What it was taken for.
     pub mark: Mark,
     /// Its frame, where that is known.
     pub frame: Option<u32>,
@@ -104,7 +112,7 @@ pub struct LabelledArc {
     pub reason: Option<&'static str>,
 }
 
-/// What a label has to spare, or lacks to become another one.
+/// By how much a label holds, or fails to be another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Margin {
     /// Radians: angles decide, under the paper's rule.
@@ -113,17 +121,9 @@ pub enum Margin {
     Chi2(f64),
 }
 
-impl Margin {
-    /// Its number, to order margins of a kind.
-    pub fn value(self) -> f64 {
-        match self {
-            Self::Angle(value) | Self::Chi2(value) => value,
-        }
-    }
-}
-
 /// A label without its reason.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Mark {
     /// Belongs to a line.
     Contact,
@@ -133,11 +133,23 @@ pub enum Mark {
     Unidentified,
 }
 
+/// The noise of the ranges, and whether it was measured: all of the noise-aware rule hangs on it. In
+/// files a number, `null`, or nothing at all.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Option<f64>", into = "Option<f64>")]
+pub enum RangeSigma {
+    /// It was not recorded.
+    #[default]
+    Unknown,
+    /// Messages or the configuration say it, or there is too little to measure it by.
+    Given,
+    /// The standard deviation of a range as the ranges themselves tell it, metres.
+    Measured(f64),
+}
+
 impl Mark {
-    /// Every label.
     pub const ALL: [Self; 3] = [Self::Contact, Self::Intersection, Self::Unidentified];
 
-    /// `contact`, `intersection` or `unidentified`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Contact => "contact",
@@ -145,25 +157,42 @@ impl Mark {
             Self::Unidentified => "unidentified",
         }
     }
+}
 
-    /// The letter in golden files.
-    pub(super) fn letter(self) -> char {
-        match self {
-            Self::Contact => 'C',
-            Self::Intersection => 'I',
-            Self::Unidentified => 'u',
+impl RangeSigma {
+    /// Of a replay with `config`, measured parameters included.
+    pub fn of(variance: VarianceFrom, config: &Config) -> Self {
+        match config.noise.sigma_abs {
+            Some(sigma) if variance == VarianceFrom::Ranges => Self::Measured(sigma),
+            _ => Self::Given,
+        }
+    }
+
+    pub fn is_unknown(&self) -> bool {
+        *self == Self::Unknown
+    }
+}
+
+impl From<Option<f64>> for RangeSigma {
+    fn from(sigma: Option<f64>) -> Self {
+        sigma.map_or(Self::Given, Self::Measured)
+    }
+}
+
+impl From<RangeSigma> for Option<f64> {
+    fn from(noise: RangeSigma) -> Self {
+        match noise {
+            RangeSigma::Measured(sigma) => Some(sigma),
+            RangeSigma::Given | RangeSigma::Unknown => None,
         }
     }
 }
 
 impl Labels {
-    /// How many arcs have each label.
-    pub fn counts(&self) -> BTreeMap<Mark, u64> {
-        let mut counts: BTreeMap<Mark, u64> = Mark::ALL.map(|mark| (mark, 0)).into();
-        for arc in self.sonars.values().flatten() {
-            *counts.entry(arc.mark).or_default() += 1;
-        }
-        counts
+    /// How many arcs have each label, in the order of [`Mark::ALL`].
+    pub fn counts(&self) -> [u64; 3] {
+        let arcs = || self.sonars.values().flatten();
+        Mark::ALL.map(|mark| arcs().filter(|arc| arc.mark == mark).count() as u64)
     }
 
     /// How many arcs there are.
@@ -171,13 +200,12 @@ impl Labels {
         self.sonars.values().map(Vec::len).sum()
     }
 
-    /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// The frame at a stamp.
-    pub(super) fn frame_at(&self, stamp_ns: i64) -> Option<u32> {
+    pub fn frame_at(&self, stamp_ns: i64) -> Option<u32> {
         let after = self.frame_stamps.partition_point(|at| *at <= stamp_ns);
         u32::try_from(after.saturating_sub(1))
             .ok()
@@ -188,20 +216,18 @@ impl Labels {
 impl Results {
     /// A map and nothing else, its features numbered in the order given.
     pub fn of_map(features: impl IntoIterator<Item = Feature>) -> Self {
-        let map = features
-            .into_iter()
-            .zip(0..)
-            .map(|(feature, id)| Feature { id, ..feature })
-            .collect();
+        let numbered = features.into_iter().zip(0..);
         Self {
-            map,
+            map: numbered
+                .map(|(feature, id)| Feature { id, ..feature })
+                .collect(),
             ..Self::default()
         }
     }
 
     /// Whether there is no feature in the map that is somewhere: nothing worth holding anything to.
     pub fn is_empty(&self) -> bool {
-        self.map.iter().all(|feature| feature.geometry.is_none())
+        self.map.iter().all(|feature| feature.is_unfitted())
     }
 }
 
@@ -210,45 +236,30 @@ impl Feature {
     pub fn wall(from: [f64; 2], to: [f64; 2]) -> Self {
         let (a, b) = (Vec2::from(from), Vec2::from(to));
         let mid = (a + b) / 2.0;
-        let theta = direction(b - a) + std::f64::consts::FRAC_PI_2;
-        Self::line(
-            unit(theta).dot(&mid),
-            theta,
-            mid.into(),
-            (b - a).norm() / 2.0,
-        )
+        let theta = direction(b - a) + FRAC_PI_2;
+        let rho = unit(theta).dot(&mid);
+        Self::line(rho, theta, mid.into(), (b - a).norm() / 2.0)
     }
 
     /// A segment of the line `x cos(theta) + y sin(theta) = rho`: metres and radians.
     pub fn line(rho: f64, theta: f64, mid: [f64; 2], half_length: f64) -> Self {
-        let (rho, theta) = if rho < 0.0 {
-            (-rho, theta + std::f64::consts::PI)
-        } else {
-            (rho, theta)
-        };
-        let geometry = Geometry::Line {
-            rho: micro(rho),
-            theta: micro(wrap_angle(micro(wrap_angle(theta)))),
-            mid: mid.map(micro),
-            half_length: micro(half_length),
-        };
-        Self::new(Kind::Line, geometry.finite())
+        Self::new(Geometry::Line(LineSegment {
+            rho,
+            theta,
+            mid,
+            half_length,
+        }))
     }
 
     /// A point, metres.
     pub fn point(x: f64, y: f64) -> Self {
-        let geometry = Geometry::Point {
-            x: micro(x),
-            y: micro(y),
-        };
-        Self::new(Kind::Point, geometry.finite())
+        Self::new(Geometry::Point { x, y })
     }
 
-    pub(super) fn new(kind: Kind, geometry: Option<Geometry>) -> Self {
+    pub fn new(geometry: Geometry) -> Self {
         Self {
             id: 0,
-            kind,
-            geometry,
+            geometry: geometry.rounded(),
             sigma: None,
             readings: 0,
             frames: None,
@@ -256,28 +267,90 @@ impl Feature {
             fate: None,
         }
     }
-}
 
-impl Geometry {
-    /// What is no number cannot be compared, or written into a file.
-    fn finite(self) -> Option<Self> {
-        let finite = match self {
-            Self::Line {
-                rho,
-                theta,
-                mid: [x, y],
-                half_length,
-            } => [rho, theta, x, y, half_length]
-                .iter()
-                .all(|value| value.is_finite()),
-            Self::Point { x, y } => x.is_finite() && y.is_finite(),
-        };
-        finite.then_some(self)
+    pub fn kind(&self) -> Kind {
+        match self.geometry {
+            Geometry::Line(_) => Kind::Line,
+            Geometry::Point { .. } => Kind::Point,
+            Geometry::Unfitted { kind } => kind,
+        }
+    }
+
+    pub fn is_unfitted(&self) -> bool {
+        matches!(self.geometry, Geometry::Unfitted { .. })
     }
 }
 
+impl Geometry {
+    /// To the micrometre and microradian, with a positive rho. What is no number cannot be compared, or
+    /// written into a file, and is nowhere.
+    pub fn rounded(self) -> Self {
+        let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
+        match self {
+            Self::Line(line) => {
+                let theta = if line.rho < 0.0 {
+                    line.theta + PI
+                } else {
+                    line.theta
+                };
+                let theta = wrap_angle(micro(wrap_angle(theta)));
+                let [x, y] = line.mid;
+                let numbers = [line.rho.abs(), theta, x, y, line.half_length].map(micro);
+                let [rho, theta, x, y, half_length] = numbers;
+                let mid = [x, y];
+                match finite(&numbers) {
+                    true => Self::Line(LineSegment {
+                        rho,
+                        theta,
+                        mid,
+                        half_length,
+                    }),
+                    false => Self::Unfitted { kind: Kind::Line },
+                }
+            }
+            Self::Point { x, y } => match finite(&[x, y]) {
+                true => Self::Point {
+                    x: micro(x),
+                    y: micro(y),
+                },
+                false => Self::Unfitted { kind: Kind::Point },
+            },
+            Self::Unfitted { .. } => self,
+        }
+    }
+
+    /// Both ends of a segment; twice the place of a point.
+    pub fn ends(&self) -> Option<[Vec2; 2]> {
+        match *self {
+            Self::Line(line) => {
+                let along = unit(line.theta + FRAC_PI_2) * line.half_length;
+                Some([Vec2::from(line.mid) - along, Vec2::from(line.mid) + along])
+            }
+            Self::Point { x, y } => Some([Vec2::new(x, y); 2]),
+            Self::Unfitted { .. } => None,
+        }
+    }
+}
+
+impl LineSegment {
+    /// Its (rho, theta) under the sign that is nearer to a normal.
+    pub fn signed_like(&self, normal: f64) -> (f64, f64) {
+        if angle_between(self.theta, normal) > FRAC_PI_2 {
+            (-self.rho, wrap_angle(self.theta + PI))
+        } else {
+            (self.rho, self.theta)
+        }
+    }
+}
+
+/// The standard deviations behind two variances; `None` where one is not finite.
+pub fn sigma_of(variances: [f64; 2]) -> Option<[f64; 2]> {
+    let sigma = variances.map(|variance| micro(variance.max(0.0).sqrt()));
+    sigma.iter().all(|s| s.is_finite()).then_some(sigma)
+}
+
 /// `x` to six decimals; zero has no sign.
-pub(super) fn micro(x: f64) -> f64 {
+pub fn micro(x: f64) -> f64 {
     let scaled = x * 1e6;
     if scaled.abs() < 9e15 {
         libm::rint(scaled) / 1e6 + 0.0

@@ -139,7 +139,7 @@ fn mounts(facts: &Facts, obstacles: &[LogError]) -> Option<Told> {
     let missing: Vec<&MissingMount> = missing.collect();
     let first = missing.first()?;
     let sonars: Vec<&str> = missing.iter().map(|m| m.sonar.as_str()).collect();
-    let frames = match first.frames.as_slice() {
+    let frames = match &*first.frames {
         [] => "the log has no transforms".to_owned(),
         frames => format!(
             "frames with a transform: {}",

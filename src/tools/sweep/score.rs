@@ -105,7 +105,7 @@ impl Explained {
             all.arcs += 1;
             let bits = outcome
                 .prediction
-                .fit(&report.arc)
+                .residual(&report.arc)
                 .map_or(unexplained, |fit| {
                     all.explained += 1;
                     all.chi2 += fit.chi2();

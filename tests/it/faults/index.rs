@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::pristine::{Pristine, logs, read};
+use crate::support::{rewrite, sample};
 
 /// A chunk index record, and where it says that its chunk begins and how long it is: behind the
 /// record's kind and length, and two times.
@@ -88,6 +89,35 @@ fn an_index_that_lies_costs_no_message() {
                 let case = format!("chunk {number} at {lie:?}");
                 read_with_index(&log, &case, |bytes| entry.lie(bytes, lie));
             }
+        }
+    }
+}
+
+#[test]
+fn an_index_of_which_one_entry_is_right_costs_no_message() {
+    let mut logs = logs();
+    logs.extend([None, Some(mcap::Compression::Lz4)].map(|compression| {
+        let options = mcap::WriteOptions::new()
+            .compression(compression)
+            .calculate_chunk_crcs(false)
+            .chunk_size(Some(1500));
+        let bytes = rewrite(&sample("room_step.mcap"), options, |message| vec![message]);
+        Pristine::new("no checksums", bytes, true)
+    }));
+    for log in logs
+        .iter()
+        .filter(|log| log.chunked && log.summary.is_some())
+    {
+        let entries = IndexEntry::all(log);
+        for right in [0, 1, entries.len() / 2, entries.len() - 1] {
+            read_with_index(log, &format!("all but {right}"), |bytes| {
+                for (number, entry) in entries.iter().enumerate() {
+                    let [offset, length] = entry.says(bytes);
+                    if number != right {
+                        entry.lie(bytes, [offset + (1 << 20), length]);
+                    }
+                }
+            });
         }
     }
 }

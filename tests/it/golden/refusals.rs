@@ -157,7 +157,7 @@ fn a_golden_file_that_makes_no_sense_is_refused() {
         ),
         (
             |f| f["map"]["lines"][0]["rho"] = "far".into(),
-            "invalid type",
+            "lacks one of `rho`",
         ),
     ];
     for (change, words) in changes {

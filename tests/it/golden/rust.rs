@@ -1,7 +1,7 @@
 //! From Rust: how another crate holds features of its own.
 
 use tmam_replay::tools::golden::{
-    Feature, Golden, HoldError, Outcome, Results, Tolerance, compare, hold,
+    Feature, Golden, Held, HoldError, Results, Tolerance, compare, hold,
 };
 
 use crate::support::Bench;
@@ -61,7 +61,7 @@ fn a_test_that_fails_says_why_and_what_to_do() {
     );
     assert_eq!(
         hold(kept, &corridor(1.8), &Tolerance::default()).unwrap(),
-        Outcome::Matches
+        Held::Matches
     );
     let differs = hold(kept, &corridor(1.9), &Tolerance::default())
         .unwrap_err()

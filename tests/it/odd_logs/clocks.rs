@@ -150,14 +150,8 @@ fn stamps_set_back_alone_are_told_once_with_what_to_replay() {
 }
 
 #[test]
-fn a_single_damaged_stamp_costs_its_message_alone() {
-    for (topic, said) in [
-        ("/odom", "1 of 1001 odometry samples on /odom has a stamp"),
-        (
-            "/sonar/sonar_03",
-            "1 of 178 readings on /sonar/sonar_03 has a stamp",
-        ),
-    ] {
+fn a_single_damaged_stamp_is_no_clock_that_was_set() {
+    for topic in ["/odom", "/sonar/sonar_03"] {
         for by in [-1_000_000, 1_000_000] {
             let seen = Cell::new(0);
             let bytes = changed(|mut message| {
@@ -167,7 +161,7 @@ fn a_single_damaged_stamp_costs_its_message_alone() {
                 vec![message]
             });
             let run = replay(&Bench::new(), &bytes);
-            says(&run, 3, &[said]);
+            says(&run, 0, &[]);
             for word in ["was set", "jumps", "stamped earlier"] {
                 assert!(!run.stderr.contains(word), "{word}: {}", run.stderr);
             }

@@ -2,11 +2,13 @@
 
 use std::cell::Cell;
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, RowVector2};
 
 use super::minimum::{Bearings, least};
 use crate::core::geometry::{Vec2, unit};
 use crate::core::tmam::arc::{Arc, BEAM_SLACK};
+use crate::core::tmam::gauss_newton::{Advance, Observation, chi2, iterate};
+use crate::core::tmam::residual::point_range;
 
 /// Newton steps along a bearing; the range is known well from the start.
 const STEPS: u32 = 3;
@@ -41,7 +43,7 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         (middle.center() + along * way, chi2)
     };
     let least_held = Cell::new(f64::INFINITY);
-    let chi2 = |along: Vec2, steps: u32| {
+    let least_at = |along: Vec2, steps: u32| {
         let (point, chi2) = point_at(along, steps);
         // What is no less than a point that the beams hold need not be looked for in them.
         if chi2 >= least_held.get() {
@@ -59,8 +61,8 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         low: -half,
         high: half,
     };
-    let coarse = |along| chi2(along, COARSE_STEPS);
-    let (along, value) = least(&bearings, coarse, |along| chi2(along, STEPS));
+    let coarse = |along| least_at(along, COARSE_STEPS);
+    let (along, value) = least(&bearings, coarse, |along| least_at(along, STEPS));
     if value.is_infinite() {
         return f64::INFINITY;
     }
@@ -85,42 +87,36 @@ fn edges(arcs: &[Arc]) -> Vec<(Vec2, f64)> {
 /// point lies in, as far as the beams go. The sums over the readings lead to a place near it: far off
 /// where no point fits.
 fn to_the_bottom(arcs: &[Arc], start: Vec2, held: impl Fn(Vec2) -> bool) -> f64 {
-    let (mut point, mut least) = (start, exact(arcs, start));
-    for _ in 0..REFINEMENTS {
-        let (mut information, mut gradient) = (Matrix2::zeros(), Vec2::zeros());
-        for arc in arcs {
-            let from_sensor = point - arc.center();
-            let range = from_sensor.norm().max(f64::MIN_POSITIVE);
-            let ray = from_sensor / range;
-            information += ray * ray.transpose() / arc.variance;
-            gradient += ray * ((arc.range - range) / arc.variance);
-        }
-        let Some(step) = information.try_inverse().map(|inverse| inverse * gradient) else {
-            break;
-        };
+    let mut least = chi2(&PointRange, start, arcs);
+    // Where the readings determine nothing more, the least so far is what there is.
+    let _ = iterate(&PointRange, arcs, start, REFINEMENTS, |point, step| {
         // Shorter where the whole step leads out of the beams or up again.
         let better = [1.0, 0.25, 0.0625]
             .map(|share| point + step * share)
             .into_iter()
-            .map(|to| (to, exact(arcs, to)))
+            .map(|to| (to, chi2(&PointRange, to, arcs)))
             .find(|(to, chi2)| *chi2 < least && held(*to));
-        let Some((to, chi2)) = better else { break };
+        let Some((to, chi2)) = better else {
+            return Advance::Stay;
+        };
         let gain = least - chi2;
-        (point, least) = (to, chi2);
+        least = chi2;
         if gain < GAIN * (1.0 + least) {
-            break;
+            Advance::Last(to)
+        } else {
+            Advance::To(to)
         }
-    }
+    });
     least
 }
 
-fn exact(arcs: &[Arc], point: Vec2) -> f64 {
-    arcs.iter()
-        .map(|arc| {
-            let residual = (point - arc.center()).norm() - arc.range;
-            residual * residual / arc.variance
-        })
-        .sum()
+/// The range to a point over its coordinates.
+struct PointRange;
+
+impl Observation for PointRange {
+    fn predict(&self, point: Vec2, arc: &Arc) -> Option<(f64, RowVector2<f64>)> {
+        point_range(point, arc.center())
+    }
 }
 
 /// Sums over the readings from which chi2 of any point follows at once.
@@ -210,7 +206,7 @@ mod tests {
             let least = grid
                 .map(|(x, y)| corner + Vec2::new(f64::from(x), f64::from(y)) * 0.001)
                 .filter(held)
-                .map(|p| exact(&arcs, p))
+                .map(|p| chi2(&PointRange, p, &arcs))
                 .fold(f64::INFINITY, f64::min);
             assert!(
                 found <= least && found > 0.98 * least,

@@ -7,7 +7,6 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::spanning;
 use crate::core::geometry::{Vec2, unit};
 use crate::core::ties;
 use crate::core::tmam::feature::{MapFeature, Point, Segment, Shape, Status};
@@ -267,7 +266,7 @@ impl Walls {
         let covariance = *self.covariance.get(place)?.get(place)?;
         let covariance = (covariance + covariance.transpose()) / 2.0;
         let line = segment.with_line_about(wall.origin, wall.local, covariance);
-        let shape = Shape::Line(spanning(line, &[segment]).canonical());
+        let shape = Shape::Line(line.reaching_over(segment.ends()).canonical());
         Some(MapFeature { shape, ..*feature })
     }
 }

@@ -1,7 +1,5 @@
 //! Where walls end: at the corners that were found on them.
 
-use std::f64::consts::FRAC_PI_2;
-
 use crate::core::geometry::unit;
 use crate::core::ties;
 use crate::core::tmam::feature::{Point, Segment, Shape};
@@ -27,11 +25,9 @@ pub fn cut(shape: Shape, points: &[Point]) -> Shape {
 /// The segment without what reaches beyond a point on its line near one of its ends; `None` where
 /// nothing does.
 fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
-    let (normal, along) = (unit(segment.theta), unit(segment.theta + FRAC_PI_2));
-    let middle = segment.mid.dot(&along);
-    let length = 2.0 * segment.half_length;
-    let longest = LONGEST_CUT.min(LARGEST_SHARE * length);
-    let (first, last) = (middle - segment.half_length, middle + segment.half_length);
+    let (normal, along) = (unit(segment.theta), segment.along());
+    let longest = LONGEST_CUT.min(LARGEST_SHARE * 2.0 * segment.half_length);
+    let [first, last] = segment.extent();
     let (mut low, mut high) = (first, last);
     for point in points {
         let spread = normal.dot(&(point.covariance * normal)).max(0.0).sqrt();
@@ -49,11 +45,7 @@ fn cut_at(segment: &Segment, points: &[Point]) -> Option<Segment> {
             low = low.max(way);
         }
     }
-    let cut = Segment {
-        mid: normal * segment.rho + along * ((low + high) / 2.0),
-        half_length: (high - low) / 2.0,
-        ..*segment
-    };
+    let cut = segment.with_extent([low, high]);
     ties::below(cut.half_length, segment.half_length, ties::LENGTH / 2.0).then_some(cut)
 }
 
@@ -62,6 +54,7 @@ mod tests {
     use super::*;
     use crate::core::geometry::Vec2;
     use nalgebra::Matrix2;
+    use std::f64::consts::FRAC_PI_2;
 
     /// Along x from 0 to 4, 2 m up.
     fn wall() -> Segment {

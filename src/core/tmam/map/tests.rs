@@ -1,10 +1,12 @@
+use super::fusion::signed_like;
 use super::*;
 use crate::core::config::Rule;
-use crate::core::geometry::Vec2;
-use crate::core::tmam::feature::Point;
+use crate::core::geometry::{Vec2, angle_between, unit};
+use crate::core::tmam::feature::{Point, Segment};
 use crate::core::tmam::fit::testing::arc;
 use nalgebra::Matrix2;
 use proptest::prelude::*;
+use std::f64::consts::FRAC_PI_2;
 
 fn segment(rho: f64, theta: f64, way: f64, half_length: f64, sigma: [f64; 2]) -> Segment {
     let along = unit(theta + FRAC_PI_2);

@@ -1,12 +1,14 @@
 //! A wall of the map: where it ends, and whether it explains a reading.
 
-use std::f64::consts::FRAC_PI_2;
-
-use super::{Fit, SIGMAS};
-use crate::core::geometry::{Vec2, unit, wrap_angle};
+use crate::core::geometry::{Vec2, unit};
 use crate::core::ties;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Point, Segment};
+use crate::core::tmam::residual::RangeResidual;
+
+/// Standard deviations within which a feature explains a reading, and within which a place counts
+/// as the end of a wall.
+pub const SIGMAS: f64 = 3.0;
 
 /// A point this near to a wall is its end, or stands in it, metres; beyond what the covariances say.
 const CORNER: f64 = 0.02;
@@ -39,7 +41,6 @@ pub struct Wall {
     /// The map feature.
     pub id: u32,
     segment: Segment,
-    normal: Vec2,
     along: Vec2,
     low: f64,
     high: f64,
@@ -59,9 +60,9 @@ pub enum Place {
 impl Wall {
     /// From a feature of the map and the points that may end it.
     pub fn new(id: u32, segment: Segment, points: &[(u32, Point)], reach: &Reach) -> Self {
-        let (normal, along) = (unit(segment.theta), unit(segment.theta + FRAC_PI_2));
+        let (normal, along) = (unit(segment.theta), segment.along());
         let middle = segment.mid.dot(&along);
-        let (low, high) = (middle - segment.half_length, middle + segment.half_length);
+        let [low, high] = segment.extent();
         let deviation =
             |point: &Point, axis: &Vec2| axis.dot(&(point.covariance * axis)).max(0.0).sqrt();
         // Places along the wall with their standard deviations.
@@ -90,7 +91,6 @@ impl Wall {
         Self {
             id,
             segment,
-            normal,
             along,
             low,
             high,
@@ -98,13 +98,11 @@ impl Wall {
         }
     }
 
-    /// Where the wall would have echoed the reading, if it did within the noise.
-    pub fn explains(&self, arc: &Arc) -> Option<Place> {
-        let (fit, bearing) = self.fit(arc);
-        let Fit { misfit, variance } = fit;
-        if misfit * misfit > SIGMAS * SIGMAS * variance
-            || !arc.beam_nearly_holds(bearing, ties::ANGLE)
-        {
+    /// Where the wall would have echoed the reading, if it did within the noise, and how far the
+    /// reading is from its line.
+    pub fn explains(&self, arc: &Arc) -> Option<(Place, RangeResidual)> {
+        let residual = RangeResidual::of_line(&self.segment, arc);
+        if residual.chi2() > SIGMAS * SIGMAS || !residual.is_in_beam(arc) {
             return None;
         }
         let way = arc.center().dot(&self.along);
@@ -114,32 +112,11 @@ impl Wall {
             ties::at_least(way, low, ties::LENGTH) && ties::at_most(way, high, ties::LENGTH)
         };
         if within(self.low + slack, self.high - slack) {
-            Some(Place::On)
+            Some((Place::On, residual))
         } else if within(self.low - slack, self.high + slack) {
-            Some(Place::AtEnd)
+            Some((Place::AtEnd, residual))
         } else {
             None
         }
-    }
-
-    /// How far the reading is from the wall's line, and the bearing of its perpendicular.
-    pub fn fit(&self, arc: &Arc) -> (Fit, f64) {
-        let center = arc.center();
-        let (away, way) = (
-            self.segment.rho - center.dot(&self.normal),
-            center.dot(&self.along),
-        );
-        let (away, bearing) = if away < 0.0 {
-            (-away, wrap_angle(self.segment.theta + std::f64::consts::PI))
-        } else {
-            (away, self.segment.theta)
-        };
-        let c = &self.segment.covariance;
-        let variance = c.m11 + way * (way * c.m22 - c.m12 - c.m21);
-        let fit = Fit {
-            misfit: arc.range - away,
-            variance: arc.variance + variance.max(0.0),
-        };
-        (fit, bearing)
     }
 }

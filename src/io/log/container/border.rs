@@ -2,7 +2,9 @@
 
 use std::io::{self, Read, Seek};
 
-use super::record::{ChunkHeader, DATA_END, INDEX_ENTRY, INDEX_HEADER, MESSAGE_HEADER, PREFIX, op};
+use super::record::{
+    ChunkHeader, DATA_END, INDEX_ENTRY, INDEX_HEADER, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
+};
 use super::source::Source;
 
 /// Records in a row that are taken for more than chance.
@@ -124,8 +126,9 @@ pub fn leads_on<R: Read + Seek>(
             return Ok(true);
         }
         let Some(end) = end_of_whole(source, at)? else {
-            let runs_out = prefix(source, at)?
-                .is_none_or(|next| next.is_possible() && next.end(at) > source.length());
+            let runs_out = prefix(source, at)?.is_none_or(|next| {
+                next.is_possible() && next.length <= MAX_CHUNK && next.end(at) > source.length()
+            });
             return Ok(is_cut_off && at < source.length() && runs_out);
         };
         if matches!(source.peek(at)?, Some([op::DATA_END | op::FOOTER])) {

@@ -4,40 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::loss::Why;
-use super::record::{self, Inner, Records, op};
+use super::record::{self, Channel, Inner, RawMessage, Records, Schema, op};
 
 /// Bytes of message definitions that are held of a file.
 const MOST_DEFINITIONS: usize = 32 << 20;
-
-/// One channel of the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Channel {
-    /// Its number in the file.
-    pub id: u16,
-    pub topic: String,
-    /// How its messages are encoded: `cdr`, `json`, ...
-    pub encoding: String,
-    pub schema: Rc<Schema>,
-}
-
-/// The definition of a message type; all empty for a channel without one.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Schema {
-    /// `sensor_msgs/msg/Range`, ...
-    pub name: String,
-    /// `ros2msg`, `jsonschema`, ...
-    pub encoding: String,
-    /// Its text or descriptors.
-    pub data: Vec<u8>,
-}
-
-/// One message as it lies in the file.
-#[derive(Debug, Clone, Copy)]
-pub struct RawMessage<'a> {
-    /// When it was recorded, nanoseconds.
-    pub log_time: u64,
-    pub data: &'a [u8],
-}
 
 /// Definitions from one part of a file.
 #[derive(Debug, Clone, Default)]

@@ -4,11 +4,8 @@ use std::collections::BTreeMap;
 use std::io::{self, BufReader, Read, Seek};
 
 use super::loss::Why;
-use super::record::{self, ChunkHeader, Records, op};
+use super::record::{self, ChunkHeader, MAX_CHUNK, Records, op};
 use super::source::Source;
-
-/// The largest chunk or message, compressed or not, that is read: bytes.
-pub const MAX_CHUNK: u64 = 128 << 20;
 
 /// Largest window that a zstd frame may ask for, as a power of two: beside the largest chunk it
 /// keeps the whole program far from 300 MiB.

@@ -37,11 +37,16 @@ pub enum Listing {
 impl Index {
     pub fn find<R: Read + Seek>(source: &mut Source<R>, summary: &Summary) -> io::Result<Self> {
         let mut index = Self::default();
+        // Of logs that were put one behind the other it is the last one's.
+        let shift = u64::try_from(summary.shift).unwrap_or_default();
+        let is_joined = shift > 0 && source.peek(shift)? == Some(MAGIC);
+        let begin = if is_joined { shift } else { 0 };
         for entry in &summary.chunks {
             let moved = entry.offset.saturating_add_signed(summary.shift);
             let mut place = None;
             for offset in [entry.offset, moved] {
                 if place.is_none()
+                    && offset >= begin
                     && chunk_at(source, offset)? == Some((entry.span, entry.uncompressed))
                 {
                     place = Some(offset);
@@ -57,10 +62,7 @@ impl Index {
         }
         index.is_credible = !index.standing.is_empty();
         if summary.verified && (index.is_credible || summary.chunk_count == Some(0)) {
-            // Of logs that were put one behind the other it is the last one's.
-            let begin = u64::try_from(summary.shift).unwrap_or_default();
-            let is_joined = begin > 0 && source.peek(begin)? == Some(MAGIC);
-            index.binding_from = Some(if is_joined { begin } else { 0 });
+            index.binding_from = Some(begin);
         }
         Ok(index)
     }

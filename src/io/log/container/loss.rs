@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::chunk::MAX_CHUNK;
+use super::record::MAX_CHUNK;
 use crate::core::wording::counted;
 
 /// Something that could not be read from the file, or cannot be trusted.
@@ -103,7 +103,7 @@ pub enum Why {
     OtherTimes,
     #[error("the summary's index does not list it: it is no part of this log, and was not used")]
     NotListed,
-    #[error("message indexes list them, and no chunk before these holds them")]
+    #[error("they list messages that no chunk before them holds")]
     NotHeld,
     #[error("it is filled with zeros: nothing was written here, as after a power loss")]
     Zeros,

@@ -2,7 +2,7 @@
 //!
 //! Only what is used is read, and every field is checked against the bytes that are there.
 
-use super::channels::{Channel, Schema};
+use std::rc::Rc;
 
 /// Stands at both ends of a file.
 pub const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
@@ -86,6 +86,39 @@ impl<'a> Fields<'a> {
         self.counted()
             .map(|bytes| String::from_utf8_lossy(bytes).into_owned())
     }
+}
+
+/// The largest chunk or message, compressed or not, that is read: bytes.
+pub const MAX_CHUNK: u64 = 128 << 20;
+
+/// One channel of the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Channel {
+    /// Its number in the file.
+    pub id: u16,
+    pub topic: String,
+    /// How its messages are encoded: `cdr`, `json`, ...
+    pub encoding: String,
+    pub schema: Rc<Schema>,
+}
+
+/// The definition of a message type; all empty for a channel without one.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Schema {
+    /// `sensor_msgs/msg/Range`, ...
+    pub name: String,
+    /// `ros2msg`, `jsonschema`, ...
+    pub encoding: String,
+    /// Its text or descriptors.
+    pub data: Vec<u8>,
+}
+
+/// One message as it lies in the file.
+#[derive(Debug, Clone, Copy)]
+pub struct RawMessage<'a> {
+    /// When it was recorded, nanoseconds.
+    pub log_time: u64,
+    pub data: &'a [u8],
 }
 
 /// A schema and its number.

@@ -3,9 +3,10 @@
 use std::io::{self, Read, Seek};
 
 use super::border::{self, CHAIN, Prefix};
-use super::chunk::MAX_CHUNK;
 use super::loss::{BEHIND, Loss, SUMMARY, Why};
-use super::record::{self, ChunkHeader, MAGIC, MAGIC_LENGTH, MESSAGE_HEADER, PREFIX, op};
+use super::record::{
+    self, ChunkHeader, MAGIC, MAGIC_LENGTH, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
+};
 use super::walker::{Next, Walker, kind};
 
 impl<R: Read + Seek> Walker<'_, R> {
@@ -47,6 +48,13 @@ impl<R: Read + Seek> Walker<'_, R> {
             if end <= self.limit(at) && self.leads_on(end, CHAIN)? {
                 return self.lose_chunk(at, end, None, Why::NotIndexed(entry.length));
             }
+        }
+        // The record before may have lost bytes, and run over this one's beginning.
+        let previous = std::mem::replace(&mut self.previous, at);
+        if let Some(missed) = self.search(previous + 1, at, Some(at))? {
+            let loss = Loss::new(previous, missed - previous, "a part", Why::Prefix);
+            self.losses.add(loss);
+            return Ok(Some(missed));
         }
         let is_cut = !self.tail.magic && prefix.is_possible() && prefix.end(at) > length;
         let limit = self.limit(at + 1);

@@ -9,12 +9,12 @@ use std::path::Path;
 
 use super::border::{self, CHAIN, Prefix};
 use super::channels::{Delivery, Visit};
-use super::chunk::{self, MAX_CHUNK, Times, Unpacker};
+use super::chunk::{self, Times, Unpacker};
 use super::index::{Index, Listing};
 use super::loss::{Loss, Losses, Why, wider};
 use super::record::{
-    self, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Inner, MAGIC, MAGIC_LENGTH, MESSAGE_HEADER,
-    PREFIX, op,
+    self, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Inner, MAGIC, MAGIC_LENGTH, MAX_CHUNK,
+    MESSAGE_HEADER, PREFIX, op,
 };
 use super::source::Source;
 use super::tail::{Tail, data_agrees};
@@ -89,6 +89,8 @@ pub struct Walker<'v, R> {
     pub(super) losses: Losses,
     /// Whether the file has chunks.
     pub(super) chunked: bool,
+    /// Where the last record begins that only its own length and fields vouch for.
+    pub(super) previous: u64,
     /// Whether the data section's checksum agrees, once that was asked.
     section: Option<bool>,
     unchecked: Unchecked,
@@ -136,6 +138,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         Ok(Self {
             unpacker: Unpacker::new(source.length()),
             chunked: !index.is_empty(),
+            previous: MAGIC_LENGTH,
             source,
             tail,
             index,
@@ -195,6 +198,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         let Some(border) = self.border(at, prefix)? else {
             return self.go_on(at, prefix);
         };
+        self.previous = at;
         let end = border.end;
         if border.told_by == ToldBy::Length
             && border::end_of_fields(&mut self.source, at, op::CHUNK)? == Some(end)
@@ -212,11 +216,13 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             op::MESSAGE_INDEX if border.told_by == ToldBy::Both => {
                 return Ok(Some(self.message_indexes(at, Some(Times::new()))?.0));
             }
-            op::ATTACHMENT | op::METADATA | op::PRIVATE.. => {}
+            op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA
+                if border.told_by != ToldBy::Length => {}
+            op::PRIVATE.. => {}
             op::HEADER if self.source.peek(at - MAGIC_LENGTH)? == Some(MAGIC) => {}
             opcode => {
                 let why = match opcode {
-                    op::MESSAGE_INDEX => Why::Malformed,
+                    op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => Why::Malformed,
                     _ => Why::Kind(opcode),
                 };
                 self.losses.add(Loss::new(at, end - at, kind(opcode), why));
@@ -236,9 +242,27 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         match (fields, length) {
             (Some(fields), Some(length)) if fields == length => Ok(told(length, ToldBy::Both)),
             (Some(end), _) if self.leads_on(end, CHAIN)? => Ok(told(end, ToldBy::Fields)),
-            (_, Some(end)) if self.leads_on(end, 1)? => Ok(told(end, ToldBy::Length)),
+            (_, Some(end)) if self.leaves_a_trace(end)? => Ok(told(end, ToldBy::Length)),
             _ => Ok(None),
         }
+    }
+
+    /// Whether a record begins there, or one that is damaged: by its length, its fields or its channel.
+    fn leaves_a_trace(&mut self, at: u64) -> io::Result<bool> {
+        let Some(prefix) = border::prefix(&mut self.source, at)? else {
+            return self.leads_on(at, 1);
+        };
+        let channel = self.source.peek(at + PREFIX)?.map(u16::from_le_bytes);
+        if prefix.opcode == op::MESSAGE && channel.is_some_and(|id| self.delivery.knows(id)) {
+            return Ok(true);
+        }
+        let fields = border::end_of_fields(&mut self.source, at, prefix.opcode)?;
+        for end in [Some(prefix.end(at)), fields].into_iter().flatten() {
+            if end < self.source.length() && self.leads_on(end, 1)? {
+                return Ok(true);
+            }
+        }
+        self.leads_on(at, 1)
     }
 
     fn ends_data(&mut self, at: u64) -> io::Result<bool> {
@@ -394,12 +418,13 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
                 }
             };
             if let (Some(first), Some(last)) = (absent.first(), absent.last()) {
-                let new = || Loss::new(at, 0, "messages", Why::NotHeld);
+                let new = || Loss::new(at, 0, "message indexes", Why::NotHeld);
                 let loss = missing.get_or_insert_with(new);
                 loss.bytes = end - loss.offset;
                 loss.span = wider(loss.span, Some((*first, *last)));
                 *loss.messages.get_or_insert(0) += absent.len() as u64;
             }
+            self.previous = at;
             at = end;
         }
         if let Some(loss) = missing {

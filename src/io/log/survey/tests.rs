@@ -2,6 +2,7 @@ use super::*;
 
 fn report(topic: &str, role: Option<Role>, messages: u64) -> ChannelReport {
     ChannelReport {
+        id: 0,
         topic: topic.into(),
         type_name: "t".into(),
         encoding: "cdr".into(),
@@ -35,8 +36,8 @@ fn publishers_of_one_topic_are_one_channel() {
         report("/a", None, 3),
         report("/b", None, 1),
     ];
-    let channels = together(two);
-    assert_eq!(channels.len(), 2);
+    let (channels, clocks) = together(two, Clocks::default());
+    assert_eq!((channels.len(), clocks.len()), (2, 2));
     assert_eq!(channels[0].messages, 5);
 }
 

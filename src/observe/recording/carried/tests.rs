@@ -4,7 +4,7 @@ use rerun::external::re_log_encoding::{MessageHeader, StreamFooter, StreamHeader
 
 use super::*;
 use crate::observe::recording::encode::{RrdWriter, named_ids};
-use crate::observe::recording::origin::Origin;
+use crate::observe::recording::plane::Origin;
 
 fn recording(carried: Option<&Carried>) -> Vec<u8> {
     let ids = named_ids("tmam", "a.mcap", "r".to_owned());

@@ -1,0 +1,335 @@
+//! Puts together what the messages of a log say: sonars with names and mounts, readings and odometry in
+//! stamp order.
+
+use std::collections::BTreeSet;
+
+use super::channels::ChannelReport;
+use super::container::Loss;
+use super::error::LogError;
+use super::gather::Gatherer;
+use super::message::Role;
+use super::moving::Circumstances;
+use super::odometry::{Chosen, Odometry};
+use super::sonars::Placing;
+use super::stamps::{self, Clock, ClockSet};
+use super::{hits, leaps, notes, repeats};
+use crate::core::config::Config;
+use crate::core::event::Events;
+use crate::core::legible::one_line;
+use crate::core::log::Log;
+use crate::core::wording::{counted, counted_with};
+
+/// A log that can be replayed.
+#[derive(Debug)]
+pub struct Finished {
+    /// It; what was left out is among its losses.
+    pub log: Log,
+    /// What its channels are.
+    pub channels: Vec<ChannelReport>,
+    /// How the clock of its stamps was set while it was recorded.
+    pub clock_set: Option<ClockSet>,
+    /// What kept sonars out.
+    pub left_out: Vec<LogError>,
+    /// The topic that says where the robot was.
+    pub odometry_topic: String,
+}
+
+/// Why a log cannot be replayed.
+#[derive(Debug)]
+pub struct Stopped {
+    /// What is missing.
+    pub error: LogError,
+    /// What a person should know of the log all the same.
+    notes: Vec<String>,
+}
+
+impl Stopped {
+    /// The error with all that was found before it.
+    pub fn into_error(self, losses: &[Loss]) -> LogError {
+        self.error.noting(in_lines(self.notes)).after(losses)
+    }
+}
+
+/// Each as one line: a name in it cannot look like another one.
+fn in_lines(texts: Vec<String>) -> Vec<String> {
+    let lines = texts.iter().map(|text| one_line(text).into_owned());
+    lines.collect()
+}
+
+/// Puts what was gathered together.
+///
+/// # Errors
+/// When something is missing without which nothing can be replayed.
+pub fn assemble(
+    gatherer: Gatherer,
+    file: String,
+    config: &Config,
+    channels: Vec<ChannelReport>,
+    losses: &[Loss],
+) -> Result<Finished, Box<Stopped>> {
+    let mut notes = Vec::new();
+    put_together(gatherer, file, config, channels, losses, &mut notes)
+        .map_err(|error| Box::new(Stopped { error, notes }))
+}
+
+fn put_together(
+    mut gathered: Gatherer,
+    file: String,
+    config: &Config,
+    mut channels: Vec<ChannelReport>,
+    losses: &[Loss],
+    notes: &mut Vec<String>,
+) -> Result<Finished, LogError> {
+    notes.append(&mut gathered.notes);
+    let no_ranges = |channels: &[ChannelReport]| LogError::NoRanges {
+        file: file.clone(),
+        asked: config.input.range_topics.clone(),
+        found: notes::candidates(channels, &[Role::Range]),
+    };
+    if gathered.crowded {
+        return Err(LogError::TooManySonars { file });
+    }
+    if gathered.readings.is_empty() && gathered.hits.is_empty() {
+        for channel in channels.iter_mut() {
+            let is_empty = channel.used && channel.role == Some(Role::Range);
+            if is_empty && channel.problem.is_none() {
+                channel.problem = Some(notes::NO_RANGE.to_owned());
+            }
+        }
+        return Err(no_ranges(&channels));
+    }
+    let mut odometry = choose_odometry(&mut gathered, &file, config, &mut channels)?;
+    let robot_frame = config
+        .input
+        .robot_frame
+        .clone()
+        .unwrap_or_else(|| odometry.robot_frame.clone());
+    let unplaced = hits::take(
+        &mut gathered,
+        config,
+        &robot_frame,
+        &odometry.world_frame,
+        &mut channels,
+    );
+    if gathered.crowded {
+        return Err(LogError::TooManySonars { file });
+    }
+    if gathered.readings.is_empty() {
+        return Err(unplaced.unwrap_or_else(|| no_ranges(&channels)));
+    }
+    notes.append(&mut gathered.notes);
+    notes.extend(notes::on_channels(&channels));
+    note(&gathered, config, &channels, &odometry, notes);
+    let mut lost = notes::on_losses(losses, &channels);
+    lost.append(&mut odometry.losses);
+    lost.extend(without_pose(&odometry));
+    let frames = gathered.transforms.frames().into_iter();
+    let frames = frames.map(str::to_owned).collect();
+    let placing = Placing {
+        frames: &frames,
+        file: &file,
+        odometry_topic: &odometry.topic,
+        world_frame: &odometry.world_frame,
+        robot_frame: &robot_frame,
+        transforms: &gathered.transforms,
+        config,
+    };
+    let placed = match placing.place(&gathered.sources, gathered.readings, notes) {
+        Ok(placed) => placed,
+        Err(error) => {
+            // Messages that could not be read may have held what is missing.
+            notes.extend(lost.into_iter().skip(losses.len()));
+            return Err(error);
+        }
+    };
+    let (sonars, mut readings) = (placed.sonars, placed.readings);
+    lost.extend(placed.left_out.iter().map(ToString::to_string));
+    let mut left_out: Vec<LogError> = placed.left_out.into_iter().map(|l| l.why).collect();
+    left_out.extend(unplaced);
+    let mut samples = odometry.samples;
+    samples.sort_by_key(|sample| sample.stamp_ns);
+    notes.extend(stamps::twins(&readings));
+    let ranges: Vec<&Clock> = gathered
+        .sources
+        .iter()
+        .map(|source| &source.clock)
+        .collect();
+    let clock_set = stamps::jump(&ranges, &odometry.clock)
+        .or_else(|| stamps::returned(&ranges, &odometry.clock));
+    let mut time_notes: Vec<String> = clock_set.iter().map(ClockSet::text).collect();
+    // Delays to a clock that was set say nothing of another clock.
+    if clock_set.is_none() {
+        time_notes.extend(stamps::skew(&ranges, &odometry.clock));
+    }
+    time_notes.extend(stamps::backward(&ranges, &odometry.clock));
+    time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
+    time_notes.extend(leaps::note(
+        leaps::window(&samples, &readings, config.input.start, config.input.end),
+        &readings,
+        clock_set.as_ref().map_or(&[], |set| &set.twice),
+    ));
+    let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
+    let dropped = config.input.drop_repeats;
+    notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
+    if dropped {
+        let mut repeating = repeating.into_iter();
+        readings.retain(|_| repeating.next() != Some(true));
+    }
+    let mut events = Events {
+        sonars,
+        readings,
+        odometry: samples,
+    };
+    events.sort();
+    let log = Log {
+        file,
+        events,
+        messages: gathered.messages + odometry.messages,
+        losses: in_lines(lost),
+        time_notes,
+        notes: in_lines(std::mem::take(notes)),
+    };
+    Ok(Finished {
+        log,
+        channels,
+        clock_set,
+        left_out,
+        odometry_topic: odometry.topic,
+    })
+}
+
+/// What a person should know of what is used.
+fn note(
+    gathered: &Gatherer,
+    config: &Config,
+    channels: &[ChannelReport],
+    odometry: &Chosen,
+    notes: &mut Vec<String>,
+) {
+    let unused = config
+        .channel
+        .keys()
+        .filter(|topic| !channels.iter().any(|c| c.topic == **topic));
+    notes.extend(unused.map(|topic| {
+        format!("the configuration describes channel `{topic}`, which the log does not have")
+    }));
+    let unstamped = gathered.unstamped + odometry.unstamped;
+    if unstamped > 0 {
+        notes.push(format!(
+            "{} no stamp in the header; the time of recording is taken",
+            counted_with(unstamped, "message", "has", "have")
+        ));
+    }
+    notes.extend(gathered.transforms.note());
+    if odometry.role == Role::Pose && config.input.odometry_topics.is_empty() {
+        notes.push(format!(
+            "the log has no odometry; the poses on {} are taken for it",
+            odometry.topic
+        ));
+    }
+    notes.extend(odometry.notes.iter().cloned());
+}
+
+/// That poses were left out, which are no poses.
+fn without_pose(odometry: &Chosen) -> Option<String> {
+    let what = match odometry.role {
+        Role::Transform => "transform",
+        _ => "odometry message",
+    };
+    (odometry.unusable > 0).then(|| {
+        format!(
+            "{} on {} without a pose (NaN, farther off than 100,000 km, or a quaternion of zero) left out",
+            counted(odometry.unusable, what),
+            odometry.topic
+        )
+    })
+}
+
+/// The one topic that says where the robot was. One that the configuration describes is meant
+/// to be used; poses serve where there is no odometry, or where the configuration asks for them;
+/// and transforms where there are no poses, or fewer of them.
+fn choose_odometry(
+    gathered: &mut Gatherer,
+    file: &str,
+    config: &Config,
+    channels: &mut [ChannelReport],
+) -> Result<Chosen, LogError> {
+    let tracks = &mut gathered.tracks;
+    let by_type = config.input.odometry_topics.is_empty();
+    if by_type
+        && tracks
+            .keys()
+            .any(|topic| config.channel.contains_key(topic))
+    {
+        tracks.retain(|topic, _| config.channel.contains_key(topic));
+    }
+    let is_odometry = |track: &Odometry| track.role == Role::Odometry;
+    let has_odometry = tracks.values().any(is_odometry);
+    if by_type && has_odometry {
+        tracks.retain(|_, track| is_odometry(track));
+    }
+    let transforms = &gathered.transforms;
+    let of_ranges = gathered
+        .sources
+        .iter()
+        .map(|source| source.key.frame.as_str());
+    let of_clouds = gathered
+        .hits
+        .iter()
+        .map(|(_, _, cloud)| cloud.frame_id.as_str());
+    let frames: BTreeSet<&str> = of_ranges.chain(of_clouds).collect();
+    let circumstances = Circumstances {
+        file,
+        config,
+        transforms,
+        carriers: (frames.into_iter())
+            .filter_map(|frame| transforms.carrier(frame, ""))
+            .collect(),
+        poses: tracks.values().map(Odometry::len).max().unwrap_or(0),
+        start_ns: gathered
+            .readings
+            .iter()
+            .map(|reading| reading.stamp_ns)
+            .min(),
+    };
+    if !has_odometry && let Some(moving) = gathered.moving.odometry(&circumstances)? {
+        return Ok(moving);
+    }
+    if tracks.len() > 1 {
+        return Err(LogError::ManyOdometries {
+            file: file.to_owned(),
+            topics: tracks.keys().cloned().collect(),
+        });
+    }
+    if let Some(frame) = &config.input.world_frame {
+        let found: Vec<(String, String)> = tracks.values().flat_map(Odometry::edges).collect();
+        for track in tracks.values_mut() {
+            track.keep_world(frame);
+        }
+        if !found.is_empty() && tracks.values().all(|track| track.len() == 0) {
+            return Err(LogError::NoSuchFrame {
+                file: file.to_owned(),
+                frame: frame.clone(),
+                key: "input.world_frame",
+                moving: found,
+            });
+        }
+    }
+    for (topic, _) in tracks.iter().filter(|(_, track)| track.len() == 0) {
+        notes::refuse(channels, topic, notes::NO_POSE.to_owned());
+    }
+    let chosen = tracks
+        .pop_first()
+        .and_then(|(topic, track)| track.choose(topic));
+    let chosen = chosen.ok_or_else(|| LogError::NoOdometry {
+        file: file.to_owned(),
+        asked: config.input.odometry_topics.clone(),
+        found: notes::candidates(channels, &[Role::Odometry, Role::Pose, Role::Transform]),
+        passed_over: gathered.moving.passed_over(&circumstances),
+    })?;
+    for channel in channels {
+        let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));
+        channel.used &= !says_where || channel.topic == chosen.topic;
+    }
+    Ok(chosen)
+}

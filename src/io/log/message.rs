@@ -1,0 +1,112 @@
+//! What the messages of a log say, whatever type they are of.
+
+use nalgebra::{Isometry3, Point3};
+
+/// No more sonars than this are told apart.
+pub const MOST_SONARS: usize = 4096;
+
+/// A coordinate beyond this is no place that a robot, or a sonar on it, was at: more than twice round the
+/// Earth, metres.
+pub const FARTHEST: f64 = 1e8;
+
+/// What the messages of a type are good for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    Range,
+    Odometry,
+    /// Poses: odometry samples where a log has no odometry, or where they are asked for.
+    Pose,
+    Transform,
+    /// The robot's description, with its fixed joints.
+    Description,
+}
+
+/// What one message says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// Range readings, one or a ring of them.
+    Ranges(Vec<RangeMessage>),
+    /// So many ranges that they are not even looked at.
+    Crowd(usize),
+    /// The world's frame is the parent, the robot's the child.
+    Odometry(TransformMessage),
+    Transforms(Vec<TransformMessage>),
+    Hits(HitsMessage),
+    /// A URDF.
+    Description(String),
+}
+
+impl Content {
+    /// How many sonars it has a range of.
+    pub fn sonars(&self) -> usize {
+        match self {
+            Self::Ranges(ranges) => ranges.len(),
+            Self::Hits(hits) => hits.points.len(),
+            Self::Crowd(count) => *count,
+            _ => 0,
+        }
+    }
+}
+
+/// One reading of one sonar. Metres, radians; stamps are 0 where the driver gave none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RangeMessage {
+    pub stamp_ns: i64,
+    /// How much later than the message's stamp it was taken, nanoseconds.
+    pub delay_ns: i64,
+    /// Frame of the sensor, without a leading slash, as every frame below.
+    pub frame_id: String,
+    /// Which of a message's sonars, where it has more than one.
+    pub element: Option<usize>,
+    /// The beam in the sensor's frame: its axis is x.
+    pub frame_from_beam: Isometry3<f64>,
+    /// Infinite or NaN as the driver wrote it, as everything below.
+    pub range: f64,
+    pub min_range: f64,
+    pub max_range: f64,
+    /// Full angle; 0 or NaN where the message does not say it.
+    pub beam_width: f64,
+    /// Full angle that is taken where neither message nor configuration says it; 0 or NaN for none.
+    pub likely_beam_width: f64,
+    /// Square metres; 0 where the driver, or this form of the message, does not give it.
+    pub variance: f64,
+}
+
+impl RangeMessage {
+    /// A reading of which nothing is known but its value, metres.
+    pub fn plain(stamp_ns: i64, frame_id: &str, range: f64) -> Self {
+        Self {
+            stamp_ns,
+            delay_ns: 0,
+            frame_id: frame_id.to_owned(),
+            element: None,
+            frame_from_beam: Isometry3::identity(),
+            range,
+            min_range: 0.0,
+            max_range: f64::INFINITY,
+            beam_width: 0.0,
+            likely_beam_width: 0.0,
+            variance: 0.0,
+        }
+    }
+}
+
+/// Where one frame is in another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransformMessage {
+    pub stamp_ns: i64,
+    pub parent: String,
+    /// Empty where the message does not name it.
+    pub child: String,
+    /// `None` where a number is not finite or the quaternion is zero.
+    pub parent_from_child: Option<Isometry3<f64>>,
+}
+
+/// Where the beams of a sonar ring ended; which sonar a point is of is not said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HitsMessage {
+    pub stamp_ns: i64,
+    pub frame_id: String,
+    /// Metres.
+    pub points: Vec<Point3<f64>>,
+}

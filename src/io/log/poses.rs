@@ -1,0 +1,203 @@
+//! Messages that say where a frame is.
+
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+
+use super::message::{Content, FARTHEST, TransformMessage};
+use super::value::{Field, FieldError, Fields};
+
+/// `nav_msgs/Odometry`, and `geometry_msgs/TransformStamped` on a topic of its own.
+pub fn odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    transform(&fields.all(), isometry).map(Content::Odometry)
+}
+
+/// `geometry_msgs/PoseStamped` and `PoseWithCovarianceStamped`.
+pub fn pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, world, pose @ ..] = fields.all::<9>();
+    Ok(Content::Odometry(TransformMessage {
+        stamp_ns: stamp.time()?,
+        parent: world.frame()?,
+        child: String::new(),
+        parent_from_child: isometry(&pose)?,
+    }))
+}
+
+pub fn foxglove_odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, world, robot, is_there, pose @ ..] = fields.all::<11>();
+    let robot_frame = robot.frame()?;
+    foxglove_stamped(&stamp, &world, robot_frame, &is_there, &pose)
+}
+
+pub fn foxglove_pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, world, is_there, pose @ ..] = fields.all::<10>();
+    foxglove_stamped(&stamp, &world, String::new(), &is_there, &pose)
+}
+
+fn foxglove_stamped(
+    stamp: &Field<'_>,
+    world: &Field<'_>,
+    robot_frame: String,
+    is_there: &Field<'_>,
+    pose: &[Field<'_>; 7],
+) -> Result<Content, FieldError> {
+    let pose = if is_there.is_there() {
+        foxglove_isometry(pose)?
+    } else {
+        None
+    };
+    Ok(Content::Odometry(TransformMessage {
+        stamp_ns: stamp.time_or_zero()?,
+        parent: world.frame()?,
+        child: robot_frame,
+        parent_from_child: pose,
+    }))
+}
+
+/// `tf2_msgs/TFMessage`.
+pub fn transforms(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    each(fields, isometry)
+}
+
+pub fn foxglove_transforms(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    each(fields, foxglove_isometry)
+}
+
+pub fn foxglove_transform(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let transform = transform(&fields.all(), foxglove_isometry)?;
+    Ok(Content::Transforms(vec![transform]))
+}
+
+type Pose = fn(&[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError>;
+
+fn each(fields: &Fields<'_>, pose: Pose) -> Result<Content, FieldError> {
+    let columns = fields.all::<10>();
+    let [_, parent, ..] = &columns;
+    let count = parent.count().ok_or_else(|| parent.missing("a list"))?;
+    let row = |row| transform(&columns.each_ref().map(|column| column.at(row)), pose);
+    Ok(Content::Transforms(
+        (0..count).map(row).collect::<Result<_, _>>()?,
+    ))
+}
+
+fn transform(fields: &[Field<'_>; 10], pose: Pose) -> Result<TransformMessage, FieldError> {
+    let [stamp, parent, child, place @ ..] = fields;
+    Ok(TransformMessage {
+        stamp_ns: stamp.time_or_zero()?,
+        parent: parent.frame()?,
+        child: child.frame()?,
+        parent_from_child: pose(place)?,
+    })
+}
+
+/// The pose made of a position and a quaternion; `None` where a number is not finite or the quaternion is
+/// zero.
+///
+/// # Errors
+/// A field that is not there.
+pub fn isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
+    let [x, y, z, turn @ ..] = pose;
+    let position = Vector3::new(x.number()?, y.number()?, z.number()?);
+    let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
+    let turn = rotation(turn)?.filter(|_| is_place);
+    Ok(turn.map(|turn| Isometry3::from_parts(position.into(), turn)))
+}
+
+/// As [`isometry`], with protobuf's way of leaving out what was never set: a part that is absent moves or
+/// turns nothing.
+///
+/// # Errors
+/// A field that is not there in a part that is.
+pub fn foxglove_isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
+    let [x, y, z, turn @ ..] = pose;
+    let is_there = |part: &[&Field<'_>]| part.iter().any(|field| field.is_there());
+    let position = if is_there(&[x, y, z]) {
+        Vector3::new(x.number()?, y.number()?, z.number()?)
+    } else {
+        Vector3::zeros()
+    };
+    let turn = if is_there(&turn.each_ref()) {
+        rotation(turn)?
+    } else {
+        Some(UnitQuaternion::identity())
+    };
+    let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
+    let turn = turn.filter(|_| is_place);
+    Ok(turn.map(|turn| Isometry3::from_parts(position.into(), turn)))
+}
+
+/// The turn that a quaternion (x, y, z, w) stands for; `None` where it is zero or not finite.
+///
+/// # Errors
+/// A field that is not there.
+pub fn rotation([x, y, z, w]: &[Field<'_>; 4]) -> Result<Option<UnitQuaternion<f64>>, FieldError> {
+    let orientation = Quaternion::new(w.number()?, x.number()?, y.number()?, z.number()?);
+    let norm = orientation.norm();
+    let is_turn = norm.is_finite() && norm > 1e-6;
+    Ok(is_turn.then(|| UnitQuaternion::from_quaternion(orientation)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::log::types::read_json;
+
+    fn odometry_of(name: &str, text: &str) -> TransformMessage {
+        match read_json(name, text).unwrap() {
+            Content::Odometry(odometry) => odometry,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn foxgloves_poses_name_the_robot_or_do_not() {
+        let text = r#"{"timestamp":{"sec":1,"nsec":5},"frame_id":"/odom","body_frame_id":"base",
+            "pose":{"position":{"x":1,"y":2,"z":0}}}"#;
+        let odometry = odometry_of("foxglove.Odometry", text);
+        let frames = (&*odometry.parent, &*odometry.child);
+        assert_eq!(frames, ("odom", "base"));
+        assert_eq!(odometry.parent_from_child.unwrap().translation.y, 2.0);
+        let pose = odometry_of("foxglove.PoseInFrame", text);
+        assert_eq!(pose.child, "");
+        let empty = odometry_of("foxglove.PoseInFrame", r#"{"frame_id":"odom"}"#);
+        assert_eq!((empty.stamp_ns, empty.parent_from_child), (0, None));
+    }
+
+    #[test]
+    fn a_quaternion_of_zero_is_no_pose() {
+        let text = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},"pose":{
+            "position":{"x":1,"y":2,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":0}}}"#;
+        let pose = |text: &str| odometry_of("geometry_msgs/PoseStamped", text).parent_from_child;
+        assert_eq!(pose(text), None);
+        let turned = text.replace("\"w\":0", "\"w\":3");
+        assert!(pose(&turned).is_some());
+        assert_eq!(pose(&turned.replace("\"x\":1", "\"x\":1e9")), None);
+    }
+
+    #[test]
+    fn ros_poses_come_with_covariance_or_as_transforms() {
+        let pose = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},"pose":{"pose":{
+            "position":{"x":1,"y":2,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":1}}}}"#;
+        let odometry = odometry_of("geometry_msgs/PoseWithCovarianceStamped", pose);
+        assert_eq!(odometry.parent_from_child.unwrap().translation.x, 1.0);
+        let transform = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},
+            "child_frame_id":"/body","transform":{"translation":{"x":1,"y":2,"z":0},
+            "rotation":{"x":0,"y":0,"z":0,"w":1}}}"#;
+        let odometry = odometry_of("geometry_msgs/TransformStamped", transform);
+        assert_eq!(odometry.child, "body");
+    }
+
+    #[test]
+    fn each_transform_of_a_message_is_one() {
+        let text = r#"{"transforms":[{"parent_frame_id":"a","child_frame_id":"b",
+            "translation":{"x":1,"y":0,"z":0}},{"parent_frame_id":"b","child_frame_id":"c"}]}"#;
+        let Content::Transforms(found) = read_json("foxglove.FrameTransforms", text).unwrap()
+        else {
+            panic!()
+        };
+        let [one, other] = found.as_slice() else {
+            panic!()
+        };
+        assert_eq!(one.parent_from_child.unwrap().translation.x, 1.0);
+        assert_eq!((&*other.parent, &*other.child), ("b", "c"));
+        assert!(read_json("foxglove.FrameTransforms", "{}").is_err());
+    }
+}

@@ -1,0 +1,223 @@
+//! Messages that hold ranges: one sonar's, or those of a ring.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::message::{Content, MOST_SONARS, RangeMessage};
+use super::poses::foxglove_isometry;
+use super::value::{FieldError, Fields};
+
+/// `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
+pub fn range(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, frame, range, min_range, max_range, width, variance] = fields.all();
+    Ok(Content::Ranges(vec![RangeMessage {
+        min_range: min_range.number()?,
+        max_range: max_range.distance()?,
+        beam_width: width.number()?,
+        variance: variance.number().unwrap_or(0.0),
+        ..RangeMessage::plain(stamp.time()?, &frame.frame()?, range.distance()?)
+    }]))
+}
+
+/// `sensor_msgs/LaserScan` as a ring of sonars.
+pub fn laser_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [
+        stamp,
+        frame,
+        ranges,
+        start,
+        end,
+        step,
+        delay,
+        min_range,
+        max_range,
+    ] = fields.all();
+    let scan = Scan {
+        stamp_ns: stamp.time()?,
+        frame_id: frame.frame()?,
+        frame_from_scan: Isometry3::identity(),
+        start: start.finite()?,
+        end: end.finite()?,
+        increment: step.finite()?,
+        time_increment: delay.number()?,
+        min_range: min_range.number()?,
+        max_range: max_range.distance()?,
+        ranges: ranges.distances()?,
+    };
+    Ok(scan.content())
+}
+
+/// `foxglove.LaserScan` as a ring of sonars; it knows no limits of range.
+pub fn foxglove_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [stamp, frame, ranges, start, end, is_there, pose @ ..] = fields.all::<13>();
+    let frame_from_scan = if is_there.is_there() {
+        let pose = foxglove_isometry(&pose)?;
+        let expected = "a finite pose with a quaternion that is not zero";
+        pose.ok_or_else(|| is_there.missing(expected))?
+    } else {
+        Isometry3::identity()
+    };
+    let scan = Scan {
+        stamp_ns: stamp.time_or_zero()?,
+        frame_id: frame.frame()?,
+        frame_from_scan,
+        start: start.finite()?,
+        end: end.finite()?,
+        increment: 0.0,
+        time_increment: 0.0,
+        min_range: 0.0,
+        max_range: f64::INFINITY,
+        ranges: ranges.distances()?,
+    };
+    Ok(scan.content())
+}
+
+/// Ranges at bearings that are evenly apart. Radians, metres, seconds.
+struct Scan {
+    stamp_ns: i64,
+    frame_id: String,
+    /// Bearings count from its x axis, about its z axis.
+    frame_from_scan: Isometry3<f64>,
+    start: f64,
+    end: f64,
+    /// 0 where only the ends are known.
+    increment: f64,
+    time_increment: f64,
+    min_range: f64,
+    max_range: f64,
+    ranges: Vec<f64>,
+}
+
+impl Scan {
+    fn content(&self) -> Content {
+        match self.ranges.len() {
+            count if count > MOST_SONARS => Content::Crowd(count),
+            _ => Content::Ranges(self.beams()),
+        }
+    }
+
+    fn beams(&self) -> Vec<RangeMessage> {
+        if let [range] = self.ranges.as_slice() {
+            // One sonar, as wide as the scan.
+            let middle = (self.start + self.end) / 2.0;
+            return vec![RangeMessage {
+                beam_width: (self.end - self.start).abs(),
+                ..self.beam(middle, *range)
+            }];
+        }
+        let steps = self.ranges.len().saturating_sub(1) as f64;
+        let increment = match self.increment {
+            0.0 => (self.end - self.start) / steps,
+            increment => increment,
+        };
+        let ranges = self.ranges.iter().enumerate();
+        ranges
+            .map(|(i, range)| RangeMessage {
+                delay_ns: delay_ns(self.time_increment * i as f64),
+                element: Some(i),
+                likely_beam_width: increment.abs(),
+                ..self.beam(self.start + i as f64 * increment, *range)
+            })
+            .collect()
+    }
+
+    fn beam(&self, bearing: f64, range: f64) -> RangeMessage {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), bearing);
+        RangeMessage {
+            frame_from_beam: self.frame_from_scan
+                * Isometry3::from_parts(Translation3::identity(), turn),
+            min_range: self.min_range,
+            max_range: self.max_range,
+            likely_beam_width: self.increment.abs(),
+            ..RangeMessage::plain(self.stamp_ns, &self.frame_id, range)
+        }
+    }
+}
+
+/// Nanoseconds of a delay in seconds; none where it is negative or no number.
+fn delay_ns(seconds: f64) -> i64 {
+    if seconds > 0.0 {
+        libm::round(seconds * 1e9) as i64
+    } else {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::log::types::read_json;
+
+    const ROS: &str = "sensor_msgs/LaserScan";
+    const FOXGLOVE: &str = "foxglove.LaserScan";
+
+    fn beams(name: &str, text: &str) -> Vec<RangeMessage> {
+        match read_json(name, text).unwrap() {
+            Content::Ranges(beams) => beams,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn bearing(beam: &RangeMessage) -> f64 {
+        beam.frame_from_beam.rotation.euler_angles().2
+    }
+
+    const SCAN: &str = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"/ring"},
+        "angle_min":-1,"angle_max":1,"angle_increment":0.5,"time_increment":0.01,"scan_time":0,
+        "range_min":0.1,"range_max":4,"ranges":[1,2,null,4,5],"intensities":[]}"#;
+
+    #[test]
+    fn a_scan_is_a_ring_of_sonars() {
+        let beams = beams(ROS, SCAN);
+        assert_eq!(beams.len(), 5);
+        assert_eq!(beams[3].element, Some(3));
+        assert!((bearing(&beams[3]) - 0.5).abs() < 1e-12);
+        assert_eq!(beams[3].delay_ns, 30_000_000);
+        assert_eq!((beams[3].min_range, beams[3].max_range), (0.1, 4.0));
+        assert_eq!(
+            (beams[3].beam_width, beams[3].likely_beam_width),
+            (0.0, 0.5)
+        );
+        assert_eq!(beams[2].range, f64::INFINITY);
+        assert_eq!(beams[0].frame_id, "ring");
+    }
+
+    #[test]
+    fn a_scan_with_one_range_is_one_sonar_in_the_middle() {
+        let one = SCAN.replace("[1,2,null,4,5]", "[2]").replace("-1", "0.4");
+        let beams = beams(ROS, &one);
+        assert_eq!(beams.len(), 1);
+        assert_eq!(beams[0].element, None);
+        assert!((bearing(&beams[0]) - 0.7).abs() < 1e-12);
+        assert!((beams[0].beam_width - 0.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_crowd_of_ranges_is_only_counted() {
+        let many = SCAN.replace(
+            "[1,2,null,4,5]",
+            &format!("[0{}]", ",1".repeat(MOST_SONARS)),
+        );
+        let content = read_json(ROS, &many).unwrap();
+        assert_eq!(content, Content::Crowd(MOST_SONARS + 1));
+        assert_eq!(content.sonars(), MOST_SONARS + 1);
+    }
+
+    #[test]
+    fn foxgloves_scan_has_a_pose_and_ends() {
+        let text = r#"{"timestamp":{"sec":1,"nsec":5},"frame_id":"base_link",
+            "pose":{"position":{"x":0.5,"y":0,"z":0},"orientation":{"x":0,"y":0,"z":1,"w":0}},
+            "start_angle":0,"end_angle":1,"ranges":[1,2,3],"intensities":[]}"#;
+        let found = beams(FOXGLOVE, text);
+        assert_eq!(found[1].stamp_ns, 1_000_000_005);
+        assert!((bearing(&found[1]) - (0.5 - std::f64::consts::PI)).abs() < 1e-12);
+        assert_eq!(found[1].frame_from_beam.translation.x, 0.5);
+        assert_eq!(
+            (found[1].likely_beam_width, found[1].max_range),
+            (0.5, f64::INFINITY)
+        );
+        let without_pose = text.replace("\"pose\"", "\"other\"");
+        assert!((bearing(&beams(FOXGLOVE, &without_pose)[1]) - 0.5).abs() < 1e-12);
+        let zero = text.replace("\"z\":1,\"w\":0", "\"z\":0,\"w\":0");
+        assert!(read_json(FOXGLOVE, &zero).is_err());
+    }
+}
