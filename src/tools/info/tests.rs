@@ -77,6 +77,7 @@ fn a_channel_that_is_not_read_is_told_once() {
     let told = |losses: &[&str]| {
         let mut survey = surveyed(good());
         survey.channels = vec![ChannelReport {
+            id: 1,
             topic: "/a, b".into(),
             type_name: "sensor_msgs/msg/Range".into(),
             encoding: "cbor".into(),
