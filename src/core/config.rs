@@ -1,6 +1,6 @@
 //! Every parameter of a replay, with its default.
 //!
-//! Angles are radians here, as everywhere inside; `tmam.toml` has degrees (see [`file`]).
+//! Angles are radians here, as everywhere inside; `tmam.toml` has degrees.
 
 pub mod channel;
 mod defaults;
@@ -21,7 +21,7 @@ pub enum Rule {
     NoiseAware,
 }
 
-/// The parameters of a replay: [`Config::default`] or [`file::parse`], then [`file::check`].
+/// The parameters of a replay.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
@@ -37,7 +37,7 @@ pub struct Config {
     pub triple: Triple,
     /// How precise a reading is taken to be.
     pub noise: Noise,
-    /// When the readings of a triple contradict its label.
+    /// What a test of line against point needs.
     pub opinion: TestBounds,
     /// How features are fused into the map.
     pub map: Map,

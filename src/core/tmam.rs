@@ -102,7 +102,7 @@ impl Tmam {
     /// The method: what the next entry of a sonar brings about, `None` for no echo.
     fn take(&mut self, sonar: SonarId, next: Option<Arc>, step: &mut Step) {
         let (rule, stream) = (&*self.rule, self.streams.entry(sonar).or_default());
-        stream.triple(next, &self.config, &self.gate); // of pairs
+        stream.triple(next, &self.config, &self.gate);
         stream.window(next, &self.config, &self.gate);
         while let Some((report, decision)) = stream.label(rule) {
             if let Some(run) = stream.run(rule, &report, &decision) {

@@ -92,7 +92,7 @@ pub fn fit_run(run: &Run, options: &FitOptions) -> Fit {
 pub fn fit_in_parts(run: Run, options: &FitOptions) -> Vec<(Run, Fit)> {
     let whole = fit_run(&run, options);
     let breaks = run.kind == Kind::Line && whole.rejection == Some(Rejection::Misfit);
-    let Some(at) = best_break(&run.associated).filter(|_| breaks) else {
+    let Some(at) = breaks.then(|| best_break(&run.associated)).flatten() else {
         return vec![(run, whole)];
     };
     let (before, after) = run.broken_at(at);

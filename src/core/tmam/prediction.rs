@@ -159,6 +159,11 @@ pub struct Association {
 
 /// How far the reading is from a point, where that explains it.
 fn explained_by(point: &Point, arc: &Arc) -> Option<RangeResidual> {
+    // Most points of a large map are out of the question: no ray has more variance than this.
+    let off = (point.position - arc.center()).norm() - arc.range;
+    if off * off > SIGMAS * SIGMAS * (arc.variance + point.covariance.trace().max(0.0)) {
+        return None;
+    }
     let residual = RangeResidual::of_point(point, arc)?;
     (residual.chi2() < SIGMAS * SIGMAS && residual.is_in_beam(arc)).then_some(residual)
 }

@@ -101,22 +101,21 @@ impl Wall {
     /// Where the wall would have echoed the reading, if it did within the noise, and how far the
     /// reading is from its line.
     pub fn explains(&self, arc: &Arc) -> Option<(Place, RangeResidual)> {
-        let residual = RangeResidual::of_line(&self.segment, arc);
-        if residual.chi2() > SIGMAS * SIGMAS || !residual.is_in_beam(arc) {
-            return None;
-        }
         let way = arc.center().dot(&self.along);
         let slack = SIGMAS * self.blur;
         // Where no corner ends the wall, its outermost readings do: they are on it.
         let within = |low, high| {
             ties::at_least(way, low, ties::LENGTH) && ties::at_most(way, high, ties::LENGTH)
         };
-        if within(self.low + slack, self.high - slack) {
-            Some((Place::On, residual))
+        let place = if within(self.low + slack, self.high - slack) {
+            Place::On
         } else if within(self.low - slack, self.high + slack) {
-            Some((Place::AtEnd, residual))
+            Place::AtEnd
         } else {
-            None
-        }
+            return None;
+        };
+        let residual = RangeResidual::of_line(&self.segment, arc);
+        let explained = residual.chi2() <= SIGMAS * SIGMAS && residual.is_in_beam(arc);
+        explained.then_some((place, residual))
     }
 }
