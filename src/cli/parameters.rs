@@ -7,6 +7,7 @@ use toml::Value;
 
 use crate::cli::error::Error;
 use crate::core::config::Config;
+use crate::core::legible::one_line;
 use crate::io::config::file::{ConfigError, check, layered, overridden, parse_layers};
 
 /// Parameters of the replay; a flag stands before the configuration file.
@@ -251,6 +252,6 @@ pub(super) fn quoted(word: &str) -> String {
     if word.chars().all(plain) {
         word.to_owned()
     } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
+        format!("'{}'", one_line(word).replace('\'', "'\\''"))
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use crate::core::config::Rule;
-use crate::core::legible::legible;
+use crate::core::legible::{legible, one_line};
 use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
@@ -38,12 +38,13 @@ pub fn closing(
 pub fn written(files: &[PathBuf]) -> String {
     let mut text = String::new();
     for path in files {
-        let _ = writeln!(text, "wrote      {}", path.display());
+        let shown = path.display().to_string();
+        let shown = one_line(&shown);
+        let _ = writeln!(text, "wrote      {shown}");
         if path.extension().is_some_and(|extension| extension == "rrd") {
             let _ = writeln!(
                 text,
-                "open with  rerun {}    (viewer {VERSION}: pip install rerun-sdk=={VERSION})",
-                path.display()
+                "open with  rerun {shown}    (viewer {VERSION}: pip install rerun-sdk=={VERSION})"
             );
         }
     }

@@ -6,7 +6,7 @@
 //! golden file in `cargo test`:
 //!
 //! ```no_run
-//! use tmam_replay::tools::golden::{Feature, Results, Tolerance, hold};
+//! use tmam_replay::golden::{Feature, Results, Tolerance, hold};
 //!
 //! let walls = [Feature::wall([0.0, 2.0], [3.0, 2.0]), Feature::point(3.0, 2.0)];
 //! let found = Results::of_map(walls);

@@ -377,13 +377,11 @@ fn imports_go_down_only() {
 }
 
 #[test]
-#[ignore = "while the last imports are mended"]
 fn no_files_import_in_a_circle() {
     none("on a circle", &HOUSE.circles());
 }
 
 #[test]
-#[ignore = "while the last imports are mended"]
 fn no_rooms_import_in_a_circle() {
     none("on a circle", &HOUSE.circles_of_rooms());
 }

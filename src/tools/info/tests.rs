@@ -7,6 +7,9 @@ use crate::core::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
 use crate::core::geometry::Pose2;
 use crate::core::log::Log;
 use crate::io::config::file::{check, parse};
+use crate::io::log::Role;
+use crate::io::log::channels::ChannelReport;
+use crate::io::log::clock::ChannelClock;
 
 /// Two sonars on a robot that drives 0.1 m a second past a wall, in numbers on no raster.
 fn good() -> Events {
@@ -46,7 +49,11 @@ fn good() -> Events {
 }
 
 fn info(events: Events) -> Info {
-    Info::new(Survey {
+    Info::new(surveyed(events))
+}
+
+fn surveyed(events: Events) -> Survey {
+    Survey {
         log: Log {
             file: "made_up.mcap".into(),
             events,
@@ -62,7 +69,33 @@ fn info(events: Events) -> Info {
         in_part: false,
         clocks: Vec::new(),
         odometry_topic: Some("/odom".into()),
-    })
+    }
+}
+
+#[test]
+fn a_channel_that_is_not_read_is_told_once() {
+    let told = |losses: &[&str]| {
+        let mut survey = surveyed(good());
+        survey.channels = vec![ChannelReport {
+            id: 1,
+            topic: "/a, b".into(),
+            type_name: "sensor_msgs/msg/Range".into(),
+            encoding: "cbor".into(),
+            role: Some(Role::Range),
+            used: false,
+            messages: 3,
+            undecoded: 0,
+            problem: Some("no such encoding".into()),
+            wanted: true,
+        }];
+        survey.clocks = vec![ChannelClock::default()];
+        survey.log.losses = losses.iter().map(|loss| (*loss).to_owned()).collect();
+        codes(&Info::new(survey))
+    };
+    let of_it = "/a, b, 3 messages: left out";
+    assert_eq!(told(&[of_it]), ["unread-channel"]);
+    let both = told(&[of_it, "/c, 3 messages: left out"]);
+    assert_eq!(both, ["unread-channel", "incomplete"]);
 }
 
 /// Codes of what is found, but for how many arcs are labelled.

@@ -1,6 +1,6 @@
 //! From Rust: how another crate holds features of its own.
 
-use tmam_replay::tools::golden::{
+use tmam_replay::golden::{
     Feature, Golden, Held, HoldError, Results, Tolerance, compare, hold,
 };
 
