@@ -318,7 +318,7 @@ impl Windows {
     fn label_with(&self, gate: f64, decisive: f64) -> Option<Label> {
         let gate = Gate::new(gate);
         let mut tests = self.tests.iter().map(|test| test.under(&gate));
-        let last = tests.clone().last()?;
+        let last = tests.clone().next_back()?;
         let test = tests.find(|test| test.is_final(decisive)).unwrap_or(last);
         Some(test.label(decisive))
     }
