@@ -14,7 +14,7 @@ use crate::io::output::{Output, show};
 use crate::observe::report;
 use crate::tools::evaluate::Truth;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::explain::{Question, Which, explain, suspects, text, write_json};
+use crate::tools::explain::{Question, Which, explain, suspects, write_json};
 
 /// Tell the whole story of one arc: why it was labelled so, and what would have changed that
 ///
@@ -95,7 +95,7 @@ impl Args {
                     write_json(out, "tmam.explanation/1", &setting, &told)
                 })?;
             } else {
-                show(&text::text(&setting, &named, &told), false);
+                show(&told.text(&setting, &named), false);
             }
             (outcome, true)
         } else {

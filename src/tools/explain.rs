@@ -1,28 +1,31 @@
 //! Why one arc was labelled so, what would have changed that, and whether it was right.
 //!
-//! A replay says all that it tested of an arc in its [`ArcReport`]; a [`Question`] names one, and an
-//! [`Explanation`] tells it with what stands around it. None of it reads or writes files.
+//! A replay says all that it tested of an arc in its [`ArcReport`](crate::core::tmam::report::ArcReport);
+//! a [`Question`] names one, and an [`Explanation`] tells it with what stands around it. None of it
+//! reads or writes files.
 
 pub mod changes;
 pub mod history;
-pub mod pairs;
 pub mod question;
+pub mod readings;
 pub mod sequences;
-pub mod situation;
 pub mod suspects;
-pub mod text;
+pub mod triple;
+pub mod windows;
 
-use std::io::{self, Write};
+use std::fmt::Write as _;
+use std::io;
 
 use serde::Serialize;
 
 use self::changes::{Change, Windows, by_angles, by_neighbours};
-use self::history::{Doubt, MapStory, RunStory, TruthStory, doubts, runs};
-use self::pairs::Pair;
-use self::question::Found;
+use self::history::{Doubt, RunStory, TruthStory};
+use self::question::{Found, command};
 pub use self::question::{Question, QuestionError, Which};
+use self::readings::{Reading, Situation};
 use self::sequences::Sequences;
-use self::situation::{AnglesStory, Reading, Situation, Window};
+use self::triple::{AnglesStory, Pair};
+use self::windows::Window;
 use crate::core::config::Config;
 use crate::core::observer::{Setting, Source};
 use crate::core::replay::{Outcome, Replay, ReplayError};
@@ -30,13 +33,17 @@ use crate::core::rounding::{number, optional};
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::hypothesis::Gate;
 use crate::core::tmam::label::{Label, Reason};
-use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::prediction::Prediction;
 use crate::core::tmam::triple::TripleTest;
-use crate::core::tool::Tool;
+use crate::tools::document;
 use crate::tools::evaluate::Truth;
+use crate::tools::tables::section;
 
 /// How many other arcs that pass near a place are named.
 const NEAR: usize = 5;
+
+/// An arc that passes farther from a place than this is hardly the one that was meant, metres.
+const FAR: f64 = 0.3;
 
 /// Why there is nothing to explain.
 #[derive(Debug, thiserror::Error)]
@@ -60,8 +67,8 @@ pub struct Explanation {
     pub late: Option<f64>,
     /// Other arcs that pass about as near, nearest first.
     pub also_near: Vec<Near>,
-    pub label: &'static str,
-    pub reason: Option<&'static str>,
+    pub label: Label,
+    pub reason: Option<Reason>,
     /// `angles` or `opinion`.
     pub decided_by: &'static str,
     pub suspect: bool,
@@ -78,11 +85,11 @@ pub struct Explanation {
     /// The lead in chi2 that decides.
     #[serde(serialize_with = "number")]
     pub decisive: f64,
-    /// Why no wider window was looked at: `decided`, `neither`, `max-half-width` or `no-more-readings`.
+    /// Why no wider window was looked at.
     pub windows_end: Option<&'static str>,
     /// Runs that the arc stands behind, and what became of them.
     pub runs: Vec<RunStory>,
-    pub map: Option<MapStory>,
+    pub map: Option<Prediction>,
     /// What echoed, where that is known.
     pub truth: Option<TruthStory>,
 }
@@ -92,8 +99,8 @@ pub struct Explanation {
 pub struct Near {
     pub sensor: String,
     pub frame: u32,
-    #[serde(serialize_with = "optional")]
-    pub distance: Option<f64>,
+    #[serde(serialize_with = "number")]
+    pub distance: f64,
 }
 
 /// Replays a log and explains one of its arcs.
@@ -108,96 +115,199 @@ pub fn explain(
     let outcome = replay.run(&mut [])?;
     let sequences = Sequences::new(replay, &outcome);
     let found = question.answers(&sequences, &replay.setting(), replay.origin_ns())?;
-    let told = tell(&found, replay, &outcome, &sequences, truth);
+    let told = Explanation::new(&found, replay, &outcome, &sequences, truth);
     let explanation = told.ok_or_else(|| QuestionError::NoEcho {
         sonars: question.sonars.clone(),
     })?;
     Ok((outcome, explanation))
 }
 
-fn tell(
-    found: &[Found],
-    replay: &Replay<'_>,
-    outcome: &Outcome,
-    sequences: &Sequences<'_>,
-    truth: Option<&Truth>,
-) -> Option<Explanation> {
-    let best = found.first()?;
-    let (arc, config) = (best.arc, replay.config());
-    let setting = replay.setting();
-    let name = |arc: &Arc| {
-        let sonar = setting.sonars.get(arc.id.sonar.index());
-        sonar.map_or_else(String::new, |sonar| sonar.name.clone())
-    };
-    let (sequence, place) = sequences.around(arc.id)?;
-    let report = sequence.get(place)?.report?;
-    let situation = Situation::new(sequence, place, config, replay.origin_ns());
-    let triple = situation.three.as_ref().map(|three| {
+impl Explanation {
+    fn new(
+        found: &[Found],
+        replay: &Replay<'_>,
+        outcome: &Outcome,
+        sequences: &Sequences<'_>,
+        truth: Option<&Truth>,
+    ) -> Option<Self> {
+        let (best, others) = found.split_first()?;
+        let (arc, config) = (best.arc, replay.config());
+        let sonars = replay.setting().sonars;
+        let name = |arc: &Arc| {
+            let sonar = sonars.get(arc.id.sonar.index());
+            sonar.map_or_else(String::new, |sonar| sonar.name.clone())
+        };
+        let near = |found: &Found| {
+            Some(Near {
+                sensor: name(&found.arc),
+                frame: found.arc.id.frame,
+                distance: found.distance?,
+            })
+        };
+        let (sequence, place) = sequences.around(arc.id)?;
+        let report = sequence.get(place)?.report?;
+        let label = report.label;
+        let situation = Situation::new(sequence, place, config, replay.origin_ns());
+        let three = situation.three.as_ref();
         let gate = || Gate::new(config.opinion.gate);
-        let own = report.triple;
-        own.unwrap_or_else(|| TripleTest::of(three, &config.triple, &gate()))
-    });
-    let windows = Windows::new(sequence, place, config);
-    let by_opinion = config.departures().label_by_opinion;
-    let changes = match (&triple, report.triple.is_some()) {
-        (_, true) if by_opinion => windows.changes(),
-        (Some(triple), true) => {
-            let beams = replay.readings().map(|reading| reading.beam_width);
-            let narrowest = beams.fold(f64::INFINITY, f64::min);
-            by_angles(report.label, &triple.angles, &config.triple, narrowest)
-        }
-        // Without the bounds that it breaks it would be the middle of a triple.
-        (would_be, _) => {
-            let then = would_be.filter(|_| !by_opinion).map(|triple| triple.label);
-            let then = then.filter(|label| label.kind().is_some()).map(Label::name);
-            by_neighbours(&situation, then)
-        }
-    };
-    let near = |found: &Found| Near {
-        sensor: name(&found.arc),
-        frame: found.arc.id.frame,
-        distance: found.distance,
-    };
-    Some(Explanation {
-        sensor: name(&arc),
-        arc: Reading::new(&arc, replay.origin_ns()),
-        distance: best.distance,
-        late: best.late,
-        also_near: (found.iter().skip(1).take(NEAR))
-            .filter(|found| found.distance.is_some())
-            .map(near)
-            .collect(),
-        label: report.label.name(),
-        reason: report.label.reason().map(Reason::name),
-        decided_by: if by_opinion { "opinion" } else { "angles" },
-        suspect: report.is_suspect(),
-        doubts: doubts(report),
-        pairs: situation.three.as_ref().map_or_else(Vec::new, Pair::both),
-        angles: triple.map(|triple| AnglesStory::new(&triple, &config.triple)),
-        changes,
-        windows: Window::looked_at(sequence, place, config),
-        windows_end: windows_end(report, config),
-        decisive: config.opinion.decisive,
-        runs: runs(arc.id, outcome),
-        map: report.map.map(|map| MapStory {
-            says: map.support.name(),
-            feature: map.feature,
-        }),
-        truth: truth.map(|truth| TruthStory::new(&arc, report.label, &situation, truth)),
-        situation,
-    })
-}
+        let would_be = |three| TripleTest::of(three, &config.triple, &gate());
+        let triple = report.triple.or_else(|| three.map(would_be));
+        let by_opinion = config.departures().label_by_opinion;
+        let changes = match (&triple, report.triple.is_some()) {
+            (_, true) if by_opinion => Windows::new(sequence, place, config).changes(),
+            (Some(triple), true) => {
+                let beams = replay.readings().map(|reading| reading.beam_width);
+                let narrowest = beams.fold(f64::INFINITY, f64::min);
+                by_angles(label, &triple.angles, &config.triple, narrowest)
+            }
+            // Without the bounds that it breaks it would be the middle of a triple.
+            (would_be, _) => {
+                let then = would_be.filter(|_| !by_opinion).map(|triple| triple.label);
+                let then = then.filter(|label| label.kind().is_some()).map(Label::name);
+                by_neighbours(&situation.obstacles, then)
+            }
+        };
+        let decisive = config.opinion.decisive;
+        Some(Self {
+            sensor: name(&arc),
+            arc: Reading::new(&arc, replay.origin_ns()),
+            distance: best.distance,
+            late: best.late,
+            also_near: others.iter().take(NEAR).filter_map(near).collect(),
+            label,
+            reason: label.reason(),
+            decided_by: if by_opinion { "opinion" } else { "angles" },
+            suspect: report.is_suspect(),
+            doubts: Doubt::all(report),
+            pairs: three.map_or_else(Vec::new, Pair::both),
+            angles: triple.map(|triple| AnglesStory::new(&triple, &config.triple)),
+            changes,
+            windows: Window::looked_at(&report.windows, sequence, place, decisive),
+            windows_end: windows::end(report, &config.opinion),
+            decisive,
+            runs: RunStory::all(arc.id, outcome),
+            map: report.map,
+            truth: truth.map(|truth| TruthStory::new(&arc, label, three, truth)),
+            situation,
+        })
+    }
 
-/// Why no wider window was looked at.
-fn windows_end(report: &ArcReport, config: &Config) -> Option<&'static str> {
-    let last = report.window()?;
-    let bounds = &config.opinion;
-    Some(match last.label(bounds.decisive) {
-        Label::Contact | Label::Intersection => "decided",
-        Label::Unidentified(Reason::Neither) => "neither",
-        Label::Unidentified(_) if report.windows.len() == bounds.max_half_width => "max-half-width",
-        Label::Unidentified(_) => "no-more-readings",
-    })
+    /// The story for a person: degrees, millimetres and metres, within 100 columns. `log` is how the
+    /// log was named on the command line.
+    pub fn text(&self, setting: &Setting<'_>, log: &str) -> String {
+        let mut text = self.head(setting.source);
+        let is_triple = !matches!(
+            self.reason,
+            Some(Reason::Missing | Reason::Gap | Reason::Turning)
+        );
+        let by_angles = self.decided_by == "angles";
+        section(&mut text, "READINGS", &self.situation.text(&self.arc));
+        if !self.pairs.is_empty() {
+            let title = "PAIRS (bearings off the beam's axis, left is positive)";
+            let pairs = Pair::text(&self.pairs, self.arc.beam_width);
+            section(&mut text, title, &pairs);
+        }
+        if let Some(angles) = &self.angles {
+            let title = match (is_triple, by_angles) {
+                (false, _) => "ANGLES THAT IT WOULD HAVE AS THE MIDDLE OF A TRIPLE",
+                (true, true) => "THE RULE",
+                (true, false) => "WHAT THE PAPER'S RULE WOULD SAY",
+            };
+            section(&mut text, title, &angles.text(self.arc.beam_width));
+        }
+        if !self.windows.is_empty() {
+            let title =
+                "SECOND OPINION (squares that remain of the best line and of the best point)";
+            let windows = Window::text(&self.windows, self.windows_end, self.decisive);
+            section(&mut text, title, &windows);
+        }
+        if !self.changes.is_empty() {
+            // Windows may change their mind more than once; the rule's bounds and the sequence's do not.
+            let monotone = by_angles || !is_triple;
+            let changes = self.changes.iter().map(|change| change.text(monotone));
+            section(
+                &mut text,
+                "WHAT WOULD CHANGE IT",
+                &changes.collect::<String>(),
+            );
+        }
+        let runs = history::text(&self.runs, self.map);
+        section(&mut text, "RUN AND FEATURE", &runs);
+        if let Some(truth) = &self.truth {
+            section(&mut text, "TRUTH", &truth.text());
+        }
+        if !self.also_near.is_empty() {
+            section(&mut text, "OTHER ARCS THAT PASS NEAR", "");
+        }
+        for near in &self.also_near {
+            let (millimetres, flags) = (near.distance * 1e3, command(&near.sensor, near.frame));
+            let _ = writeln!(text, "  {millimetres:8.1} mm  tmam explain {log} {flags}");
+        }
+        text
+    }
+
+    fn head(&self, source: &Source) -> String {
+        let what = match self.label {
+            Label::Contact => "CONTACT: taken for part of a wall",
+            Label::Intersection => "INTERSECTION: taken for a point",
+            Label::Unidentified(reason) => match reason {
+                Reason::Missing => "UNIDENTIFIED: no echo before or after it, so no triple",
+                Reason::Gap => {
+                    "UNIDENTIFIED: a neighbour is too far in time or distance, so no triple"
+                }
+                Reason::Turning => {
+                    "UNIDENTIFIED: the sensor turned, or its path bent, so no triple"
+                }
+                Reason::NoPoints => {
+                    "UNIDENTIFIED: neither contact nor intersection points on a common side"
+                }
+                Reason::Wide => "UNIDENTIFIED: the smaller angle is not below gamma",
+                Reason::Ambiguous => {
+                    "UNIDENTIFIED: a line and a point explain it too nearly equally well"
+                }
+                Reason::Neither => {
+                    "UNIDENTIFIED: its readings come from neither one line nor one point"
+                }
+            },
+        };
+        let mut text = format!(
+            "{}, frame {}, {:.3} s after the first reading of {}{}\n{what}\n",
+            self.sensor,
+            self.arc.frame,
+            self.arc.seconds,
+            source.file,
+            if source.complete { "" } else { " (INCOMPLETE)" },
+        );
+        if let Some(distance) = self.distance {
+            let away = format!("{:.1} mm", distance * 1e3);
+            text.push_str(&if distance > FAR {
+                format!("No arc passes near the place asked for: this one, the nearest, passes {away} from it.\n")
+            } else {
+                format!("It passes {away} from the place asked for.\n")
+            });
+        }
+        // What one types has three decimals at most.
+        if let Some(late) = self.late.filter(|late| late.abs() > 1e-3) {
+            let when = if late > 0.0 { "after" } else { "before" };
+            let _ = writeln!(
+                text,
+                "It was measured {:.3} s {when} the time asked for: none of this sonar is nearer.",
+                late.abs()
+            );
+        }
+        for doubt in &self.doubts {
+            let _ = writeln!(text, "SUSPECT: {}", doubt.text());
+        }
+        if self.label.kind().is_some() && !self.suspect {
+            text.push_str("Not suspect: neither its readings nor the map contradict the label.\n");
+        }
+        text.push_str(match self.truth.as_ref().and_then(|truth| truth.right) {
+            Some(true) => "In truth the label is right.\n",
+            Some(false) => "In truth the label is WRONG.\n",
+            None => "",
+        });
+        text
+    }
 }
 
 /// Writes an explanation (`tmam.explanation/1`) or a list of suspects (`tmam.suspects/1`) in JSON,
@@ -206,27 +316,22 @@ fn windows_end(report: &ArcReport, config: &Config) -> Option<&'static str> {
 /// # Errors
 /// When `out` cannot be written.
 pub fn write_json(
-    mut out: impl Write,
+    out: &mut dyn io::Write,
     schema: &'static str,
     setting: &Setting<'_>,
     told: &impl Serialize,
 ) -> io::Result<()> {
     #[derive(Serialize)]
-    struct File<'a, T> {
-        schema: &'static str,
-        tool: Tool,
+    struct Content<'a, T> {
         source: &'a Source,
         config: &'a Config,
         #[serde(flatten)]
         told: &'a T,
     }
-    let file = File {
-        schema,
-        tool: Tool::THIS,
+    let content = Content {
         source: setting.source,
         config: setting.config,
         told,
     };
-    serde_json::to_writer_pretty(&mut out, &file)?;
-    out.write_all(b"\n")
+    document::write(out, schema, &content)
 }

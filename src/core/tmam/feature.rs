@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Matrix2, Vector2};
+use serde::Serialize;
 
 pub use super::label::Kind;
 use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
@@ -41,7 +42,8 @@ pub enum Shape {
 }
 
 /// Why a fit was not registered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Rejection {
     /// No two of its arcs give a point to start from.
     NoStart,
@@ -84,7 +86,8 @@ pub struct MapFeature {
 }
 
 /// How sure it is that a feature of the map exists.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Status {
     /// More than one run, or enough readings, say so. Under the paper's rule always.
     Confirmed,

@@ -11,11 +11,14 @@ mod point;
 
 pub use gate::Gate;
 
+use serde::Serialize;
+
 use super::arc::Arc;
 use super::label::{Kind, Label, Reason};
 
 /// What readings support.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Support {
     /// Only a line explains them.
     Line,

@@ -1,6 +1,6 @@
 //! What an arc belongs to, or why that cannot be told.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Line or point, where the shape itself may be unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,7 +24,8 @@ pub enum Label {
 }
 
 /// Why an arc is unidentified, in the order in which the reasons are tried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Reason {
     /// No echo before or after it in the sonar's sequence.
     Missing,
@@ -86,6 +87,12 @@ impl Label {
             Self::Unidentified(reason) => Some(reason),
             Self::Contact | Self::Intersection => None,
         }
+    }
+}
+
+impl Serialize for Label {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 

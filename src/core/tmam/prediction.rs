@@ -8,6 +8,8 @@ mod wall;
 
 pub use wall::Reach;
 
+use serde::Serialize;
+
 use super::arc::Arc;
 use super::feature::{Kind, MapFeature, Point, Shape, Status};
 use super::hypothesis::Support;
@@ -23,9 +25,10 @@ pub struct MapPrediction {
 }
 
 /// What the map says of a reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Prediction {
     /// Which kind of feature explains the reading. `Neither` where the map has none that does.
+    #[serde(rename = "says")]
     pub support: Support,
     /// The feature that does.
     pub feature: Option<u32>,

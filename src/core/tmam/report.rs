@@ -1,5 +1,7 @@
 //! All that is known of one arc.
 
+use serde::Serialize;
+
 use super::arc::Arc;
 use super::condition::Condition;
 use super::hypothesis::{Gate, HypothesisTest};
@@ -47,7 +49,8 @@ pub struct RunTest {
 }
 
 /// Which neighbours of an arc a condition is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Between {
     /// The arc and the one before it.
     Before,

@@ -3,16 +3,16 @@
 
 use serde::{Serialize, Serializer, ser::SerializeStruct as _};
 
+use super::readings::Obstacle;
 use super::sequences::Given;
-use super::situation::Situation;
-use crate::core::config::{Config, Triple};
+use crate::core::config::{Config, TestBounds, Triple};
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::condition::Relation;
 use crate::core::tmam::hypothesis::{Gate, HypothesisTest};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::triple::Angles;
-use crate::io::config::keys::{Bounds, KEYS, Unit};
+use crate::io::config::keys::{KEYS, Unit};
 
 /// A parameter and the bound that it would have to pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,49 +30,34 @@ impl Need {
     /// configuration; `None` where the key does not take any.
     pub fn value(&self) -> Option<f64> {
         let key = KEYS.iter().find(|key| key.path == self.key)?;
-        let inside = |value: f64| match key.unit {
-            Unit::Degrees => value.to_radians(),
-            Unit::Plain => value,
-        };
         let bound = match key.unit {
             Unit::Degrees => self.bound.to_degrees(),
             Unit::Plain => self.bound,
         };
-        let allowed = |value: f64| match key.bounds {
-            Bounds::Any => true,
-            Bounds::Between(low, high) => value > low && value < high,
-            Bounds::Above(low) => value > low,
-            Bounds::AtLeast(low) => value >= low,
+        let holds = |value: f64| match key.unit {
+            Unit::Degrees => self.relation.holds(value.to_radians(), self.bound),
+            Unit::Plain => self.relation.holds(value, self.bound),
         };
         (2..=12).find_map(|decimals: u32| {
             let scale = 10_u64.pow(decimals) as f64;
-            let value = if self.relation.is_upward() {
-                (bound * scale).ceil() / scale
+            let (near, step) = if self.relation.is_upward() {
+                ((bound * scale).ceil(), 1.0)
             } else {
-                (bound * scale).floor() / scale
+                ((bound * scale).floor(), -1.0)
             };
-            let right = self.relation.holds(inside(value), self.bound);
             // The next number of this many digits, where the bound itself is one of them.
-            let next = if self.relation.is_upward() {
-                value + 1.0 / scale
-            } else {
-                value - 1.0 / scale
-            };
-            let next = (next * scale).round() / scale;
-            let value = if right { value } else { next };
-            (value.is_finite() && allowed(value) && self.relation.holds(inside(value), self.bound))
-                .then_some(value)
+            let near_holds = holds(near / scale);
+            let value = if near_holds { near } else { near + step } / scale;
+            (value.is_finite() && key.bounds.hold(value) && holds(value)).then_some(value)
         })
     }
 
     /// The flag that sets such a value, as one types it.
     pub fn flag(&self) -> Option<String> {
         let value = self.value()?;
-        Some(match self.key {
-            "triple.alpha" => format!("--alpha {value}"),
-            "triple.beta" => format!("--beta {value}"),
-            "triple.gamma" => format!("--gamma {value}"),
-            key => format!("--set {key}={value}"),
+        Some(match self.key.strip_prefix("triple.") {
+            Some(flag @ ("alpha" | "beta" | "gamma")) => format!("--{flag} {value}"),
+            _ => format!("--set {}={value}", self.key),
         })
     }
 }
@@ -101,6 +86,23 @@ pub struct Change {
 }
 
 impl Change {
+    /// As one says it; `monotone` where every value beyond that of a need does it too.
+    pub fn text(&self, monotone: bool) -> String {
+        if let Some(why) = self.impossible {
+            return format!("  {:<13} not here: {why}\n", self.label);
+        }
+        let needs = self.needs.iter().filter_map(|need| {
+            let flag = need.flag()?;
+            Some(match (monotone, need.relation.is_upward()) {
+                (false, _) => flag,
+                (true, true) => format!("{flag} or more"),
+                (true, false) => format!("{flag} or less"),
+            })
+        });
+        let needs = needs.collect::<Vec<_>>().join(" and ");
+        format!("  {:<13} with {needs}\n", self.label)
+    }
+
     fn by(label: &'static str, needs: Vec<Need>) -> Self {
         Self {
             label,
@@ -123,67 +125,64 @@ impl Change {
 /// beam of the replay, radians, which gamma must stay below.
 pub fn by_angles(label: Label, angles: &Angles, bounds: &Triple, narrowest: f64) -> Vec<Change> {
     let (theta_c, theta_i) = (angles.theta_c, angles.theta_i);
-    let [alpha_holds, contact_gate, beta_holds, intersection_gate] =
-        angles.conditions(bounds).map(|condition| condition.holds());
-    let ratio = theta_c / theta_i;
-    let alpha = |relation| need("triple.alpha", relation, ratio);
-    let beta = |relation| need("triple.beta", relation, ratio);
-    let gamma = |relation, bound| need("triple.gamma", relation, bound);
-    let mut changes = Vec::new();
-    let fulfil = |name, smaller: f64, ratio_holds: bool, ratio_need: Need, gate_holds: bool| {
-        let mut needs = Vec::new();
-        if !ratio_holds {
-            needs.push(ratio_need);
-        }
-        if !gate_holds {
-            needs.push(gamma(Relation::Above, smaller));
-        }
-        let gamma_fits = |need: &Need| {
-            need.key != "triple.gamma" || need.value().is_some_and(|v| v.to_radians() < narrowest)
+    let fits = |need: &Need| match (need.value(), need.key) {
+        (Some(degrees), "triple.gamma") => degrees.to_radians() < narrowest,
+        (value, _) => value.is_some(),
+    };
+    // Of each condition whether it holds, and what would make it hold and what break it.
+    let [alpha, contact_gate, beta, intersection_gate] = angles.conditions(bounds).map(|c| {
+        let (hold, fail) = if c.relation.is_upward() {
+            (Relation::Below, Relation::AtLeast)
+        } else {
+            (Relation::Above, Relation::AtMost)
         };
-        if needs.iter().all(|n| n.value().is_some() && gamma_fits(n)) {
-            Change::by(name, needs)
-        } else {
-            Change::impossible(name, "gamma cannot be as wide as the beam")
+        let bound = match c.key {
+            "triple.gamma" => c.found,
+            _ => theta_c / theta_i,
+        };
+        (
+            c.holds(),
+            need(c.key, hold, bound),
+            need(c.key, fail, bound),
+        )
+    });
+    let (mut gained, mut lost) = (Vec::new(), Vec::new());
+    for (of, conditions, in_order, out_of_order) in [
+        (
+            Label::Contact,
+            [alpha, contact_gate],
+            theta_c < theta_i,
+            "theta_c is not below theta_i, and alpha is below 1",
+        ),
+        (
+            Label::Intersection,
+            [beta, intersection_gate],
+            theta_c > theta_i,
+            "theta_c is not above theta_i, and beta is above 1",
+        ),
+    ] {
+        if of == label {
+            let needs = conditions.into_iter().map(|(_, _, fails)| fails);
+            let needs = needs.filter(|need| need.value().is_some());
+            lost.extend(needs.map(|need| Change::by("unidentified", vec![need])));
+            if lost.is_empty() {
+                let why = "the smaller angle is 0, which passes every bound";
+                lost.push(Change::impossible("unidentified", why));
+            }
+            continue;
         }
-    };
-    if label != Label::Contact {
-        changes.push(if theta_c < theta_i {
-            let need = alpha(Relation::Above);
-            fulfil("contact", theta_c, alpha_holds, need, contact_gate)
+        let broken = conditions.into_iter().filter(|(holds, ..)| !holds);
+        let needs: Vec<Need> = broken.map(|(_, hold, _)| hold).collect();
+        gained.push(if !in_order {
+            Change::impossible(of.name(), out_of_order)
+        } else if needs.iter().all(fits) {
+            Change::by(of.name(), needs)
         } else {
-            Change::impossible(
-                "contact",
-                "theta_c is not below theta_i, and alpha is below 1",
-            )
+            Change::impossible(of.name(), "gamma cannot be as wide as the beam")
         });
     }
-    if label != Label::Intersection {
-        changes.push(if theta_c > theta_i {
-            let need = beta(Relation::Below);
-            fulfil("intersection", theta_i, beta_holds, need, intersection_gate)
-        } else {
-            Change::impossible(
-                "intersection",
-                "theta_c is not above theta_i, and beta is above 1",
-            )
-        });
-    }
-    let losing = match label {
-        Label::Contact => vec![alpha(Relation::AtMost), gamma(Relation::AtMost, theta_c)],
-        Label::Intersection => vec![beta(Relation::AtLeast), gamma(Relation::AtMost, theta_i)],
-        Label::Unidentified(_) => return changes,
-    };
-    let losing = losing.into_iter().filter(|need| need.value().is_some());
-    let losing: Vec<Change> = losing
-        .map(|n| Change::by("unidentified", vec![n]))
-        .collect();
-    if losing.is_empty() {
-        let why = "the smaller angle is 0, which passes every bound";
-        changes.push(Change::impossible("unidentified", why));
-    }
-    changes.extend(losing);
-    changes
+    gained.extend(lost);
+    gained
 }
 
 fn need(key: &'static str, relation: Relation, bound: f64) -> Need {
@@ -195,34 +194,31 @@ fn need(key: &'static str, relation: Relation, bound: f64) -> Need {
 }
 
 /// What would make the arc the middle of a triple, and the label that it would have `then`, if any.
-pub fn by_neighbours(situation: &Situation, then: Option<&'static str>) -> Vec<Change> {
+pub fn by_neighbours(obstacles: &[Obstacle], then: Option<&'static str>) -> Vec<Change> {
     let mut needs: Vec<Need> = Vec::new();
-    for obstacle in &situation.obstacles {
+    for obstacle in obstacles {
         match needs.iter_mut().find(|known| known.key == obstacle.key) {
             Some(known) => known.bound = known.bound.max(obstacle.found),
             None => needs.push(need(obstacle.key, Relation::AtLeast, obstacle.found)),
         }
     }
-    let change = Change::by(then.unwrap_or("a triple"), needs);
-    (!change.needs.is_empty())
-        .then_some(change)
-        .into_iter()
-        .collect()
+    match needs.is_empty() {
+        true => Vec::new(),
+        false => vec![Change::by(then.unwrap_or("a triple"), needs)],
+    }
 }
 
 /// Every window that could be looked at around an arc, from the triple on: those that the rule looked
 /// at, and wider ones to which other parameters would lead.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Windows {
+#[derive(Debug)]
+pub struct Windows<'a> {
     tests: Vec<HypothesisTest>,
-    gate: f64,
-    decisive: f64,
-    max_half_width: usize,
+    bounds: &'a TestBounds,
 }
 
-impl Windows {
+impl<'a> Windows<'a> {
     /// The windows around the arc at `place` of a sequence.
-    pub fn new(sequence: &[Given<'_>], place: usize, config: &Config) -> Self {
+    pub fn new(sequence: &[Given<'_>], place: usize, config: &'a Config) -> Self {
         let report = |at: usize| sequence.get(at).and_then(|given| given.report);
         let bounds = &config.opinion;
         let continues = |to: usize| {
@@ -238,80 +234,51 @@ impl Windows {
             let arcs = (place - m..=place + m).filter_map(|at| Some(report(at)?.arc));
             tests.push(HypothesisTest::of(&arcs.collect::<Vec<Arc>>(), &gate));
         }
-        Self {
-            tests,
-            gate: bounds.gate,
-            decisive: bounds.decisive,
-            max_half_width: bounds.max_half_width,
-        }
+        Self { tests, bounds }
     }
 
     /// What `opinion.gate` and `opinion.decisive` would have to be for another label: tried on
     /// either side of every value at which a window changes its mind, nearest first.
     pub fn changes(&self) -> Vec<Change> {
-        let Some(now) = self.label_with(self.gate, self.decisive) else {
+        let (gate, decisive) = (self.bounds.gate, self.bounds.decisive);
+        let Some(now) = self.label_with(gate, decisive) else {
             return Vec::new();
         };
-        let finite = |opinion: &HypothesisTest| {
-            let lead = (opinion.chi2_line - opinion.chi2_point).abs();
-            let freedom = opinion.readings.saturating_sub(2);
-            let gates = [opinion.chi2_line, opinion.chi2_point];
-            (lead, gates.map(|chi2| Gate::let_through(chi2, freedom)))
+        let lead = |test: &HypothesisTest| (test.chi2_line - test.chi2_point).abs();
+        let gates = |test: &HypothesisTest| {
+            let freedom = test.readings.saturating_sub(2);
+            [test.chi2_line, test.chi2_point].map(|chi2| Gate::let_through(chi2, freedom))
         };
-        let bounds: Vec<_> = self.tests.iter().map(finite).collect();
-        let leads = bounds.iter().map(|(lead, _)| *lead);
-        let gates = bounds.iter().flat_map(|(_, gates)| *gates);
-        let decisive = self.tried("opinion.decisive", self.decisive, leads, |decisive| {
-            self.label_with(self.gate, decisive)
-        });
-        let gate = self.tried("opinion.gate", self.gate, gates, |gate| {
-            self.label_with(gate, self.decisive)
-        });
-        let why = if self.tests.len() == self.max_half_width {
+        let decisive_tried = tried(
+            "opinion.decisive",
+            decisive,
+            self.tests.iter().map(lead),
+            |decisive| self.label_with(gate, decisive),
+        );
+        let gate_tried = tried(
+            "opinion.gate",
+            gate,
+            self.tests.iter().flat_map(gates),
+            |gate| self.label_with(gate, decisive),
+        );
+        let why = if self.tests.len() == self.bounds.max_half_width {
             "neither opinion.decisive nor opinion.gate alone can do it; a larger opinion.max_half_width might"
         } else {
             "neither opinion.decisive nor opinion.gate alone can do it"
         };
         let mut changes = Vec::new();
         for name in ["contact", "intersection", "unidentified"] {
+            let wanted = |(label, _): &&(Label, Need)| label.name() == name;
+            let found = [&decisive_tried, &gate_tried].map(|tried| tried.iter().find(wanted));
+            let needs = found.iter().flatten().map(|(_, need)| *need);
             if name == now.name() {
                 continue;
-            }
-            let found = [&decisive, &gate].into_iter().filter_map(|tried| {
-                let (_, need) = tried.iter().find(|(label, _)| *label == name)?;
-                Some(Change::by(name, vec![*need]))
-            });
-            let before = changes.len();
-            changes.extend(found);
-            if changes.len() == before {
+            } else if found == [None, None] {
                 changes.push(Change::impossible(name, why));
             }
+            changes.extend(needs.map(|need| Change::by(name, vec![need])));
         }
         changes
-    }
-
-    /// Labels by the value of one parameter, from the nearest value outwards.
-    fn tried(
-        &self,
-        key: &'static str,
-        now: f64,
-        bounds: impl Iterator<Item = f64>,
-        label: impl Fn(f64) -> Option<Label>,
-    ) -> Vec<(&'static str, Need)> {
-        let mut bounds: Vec<f64> = bounds.filter(|bound| bound.is_finite()).collect();
-        bounds.sort_by(|a, b| (a - now).abs().total_cmp(&(b - now).abs()));
-        let needs = bounds.into_iter().map(|bound| {
-            let upward = bound >= now;
-            let relation = if upward {
-                Relation::Above
-            } else {
-                Relation::Below
-            };
-            need(key, relation, bound)
-        });
-        needs
-            .filter_map(|need| Some((label(need.value()?)?.name(), need)))
-            .collect()
     }
 
     /// The label under another gate and lead.
@@ -322,6 +289,24 @@ impl Windows {
         let test = tests.find(|test| test.is_final(decisive)).unwrap_or(last);
         Some(test.label(decisive))
     }
+}
+
+/// Labels by the value of one parameter, from the nearest value outwards.
+fn tried(
+    key: &'static str,
+    now: f64,
+    bounds: impl Iterator<Item = f64>,
+    label: impl Fn(f64) -> Option<Label>,
+) -> Vec<(Label, Need)> {
+    let mut bounds: Vec<f64> = bounds.filter(|bound| bound.is_finite()).collect();
+    bounds.sort_by(|a, b| (a - now).abs().total_cmp(&(b - now).abs()));
+    let needs = bounds.into_iter().map(|bound| match bound >= now {
+        true => need(key, Relation::Above, bound),
+        false => need(key, Relation::Below, bound),
+    });
+    needs
+        .filter_map(|need| Some((label(need.value()?)?, need)))
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,16 +1,21 @@
 //! What became of an arc: its runs, what contradicts its label, and what it really was.
 
+use std::fmt::Write as _;
+
 use serde::Serialize;
 
-use super::situation::Situation;
+use super::triple::place;
 use crate::core::geometry::Vec2;
 use crate::core::replay::Outcome;
 use crate::core::rounding::{number, rounded};
 use crate::core::tmam::arc::{Arc, ArcId};
-use crate::core::tmam::feature::{Action, MapFeature, Rejection, Shape};
-use crate::core::tmam::label::Label;
+use crate::core::tmam::feature::{Action, MapFeature, Rejection, Shape, Status};
+use crate::core::tmam::hypothesis::Support;
+use crate::core::tmam::label::{Kind, Label};
+use crate::core::tmam::prediction::Prediction;
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Extraction;
+use crate::core::wording::counted;
 use crate::core::world::Reflector;
 use crate::tools::evaluate::truth::{Origin, Other, Target, Truth};
 
@@ -19,17 +24,14 @@ use crate::tools::evaluate::truth::{Origin, Other, Target, Truth};
 pub struct RunStory {
     /// The id of the extracted feature.
     pub feature: u32,
-    /// `line` or `point`.
-    pub kind: &'static str,
+    pub kind: Kind,
     /// Whether the arc has the run's label; else it is only a neighbour of its arcs.
     pub labelled: bool,
     /// Labelled arcs of the run.
     pub arcs: usize,
     /// Associated readings.
     pub readings: usize,
-    /// First frame of them.
     pub first_frame: u32,
-    /// Last frame of them.
     pub last_frame: u32,
     /// Readings that the fit left out.
     pub outliers: usize,
@@ -39,17 +41,16 @@ pub struct RunStory {
     #[serde(serialize_with = "number")]
     pub residual_rms: f64,
     /// What all its readings support.
-    pub opinion: &'static str,
+    pub opinion: Support,
     /// The squares that remain of the best line through them.
     #[serde(serialize_with = "number")]
     pub chi2_line: f64,
-    /// The same of the best point.
     #[serde(serialize_with = "number")]
     pub chi2_point: f64,
     /// `registered`, `merged` or `rejected`.
     pub action: &'static str,
     /// Why it was rejected.
-    pub reason: Option<&'static str>,
+    pub reason: Option<Rejection>,
     /// The feature of the map that it went into.
     pub map_id: Option<u32>,
     /// That feature at the end of the run; under another id where it turned out to be the same as
@@ -60,15 +61,12 @@ pub struct RunStory {
 /// A feature of the map, in the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Registered {
-    /// Its id.
     pub id: u32,
-    /// `confirmed` or `tentative`.
-    pub status: &'static str,
+    pub status: Status,
     /// Runs behind it.
     pub runs: u32,
     /// Readings behind it.
     pub readings: u32,
-    /// Where it is.
     #[serde(flatten)]
     pub place: Place,
 }
@@ -77,54 +75,26 @@ pub struct Registered {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Place {
-    /// A line, from end to end.
     Line {
-        /// Distance from the origin.
         rho: f64,
-        /// Direction of the normal.
         theta: f64,
-        /// The two ends.
         ends: [[f64; 2]; 2],
     },
-    /// A point.
     Point {
-        /// Where it is.
         x: f64,
-        /// The same.
         y: f64,
     },
 }
 
-/// The runs that an arc stands behind, in the order of extraction.
-pub fn runs(arc: ArcId, outcome: &Outcome) -> Vec<RunStory> {
-    let of = outcome
-        .extractions
-        .iter()
-        .filter(|extraction| extraction.associated.contains(&arc));
-    of.map(|extraction| story(arc, extraction, outcome))
-        .collect()
-}
-
-/// A feature of the map by its id, or the one that absorbed it.
-pub fn in_the_end(id: u32, outcome: &Outcome) -> Option<Registered> {
-    let mut id = id;
-    // Every absorption leads to an older or a newer feature that still was there, so no chain is
-    // longer than the extractions are many.
-    for extraction in &outcome.extractions {
-        if extraction.absorbed.contains(&id) {
-            id = extraction.map_feature.map_or(id, |feature| feature.id);
-        }
-    }
-    let feature = outcome.map.iter().find(|feature| feature.id == id)?;
-    Some(Registered::new(feature))
+fn xy(v: Vec2) -> [f64; 2] {
+    [rounded(v.x), rounded(v.y)]
 }
 
 impl Registered {
     fn new(feature: &MapFeature) -> Self {
-        let xy = |v: Vec2| [rounded(v.x), rounded(v.y)];
         Self {
             id: feature.id,
-            status: feature.status.name(),
+            status: feature.status,
             runs: feature.runs,
             readings: feature.readings,
             place: match &feature.shape {
@@ -140,43 +110,141 @@ impl Registered {
             },
         }
     }
-}
 
-fn story(arc: ArcId, extraction: &Extraction, outcome: &Outcome) -> RunStory {
-    let (action, map_id, reason) = match extraction.action {
-        Action::Registered(id) => ("registered", Some(id), None),
-        Action::Merged(id) => ("merged", Some(id), None),
-        Action::Rejected(reason) => ("rejected", None, Some(reason)),
-    };
-    let frame = |arc: Option<&ArcId>| arc.map_or(0, |arc| arc.frame);
-    RunStory {
-        feature: extraction.id,
-        kind: extraction.kind.name(),
-        labelled: extraction.labelled.contains(&arc),
-        arcs: extraction.labelled.len(),
-        readings: extraction.associated.len(),
-        first_frame: frame(extraction.associated.first()),
-        last_frame: frame(extraction.associated.last()),
-        outliers: extraction.outliers.len(),
-        left_out: extraction.outliers.contains(&arc),
-        residual_rms: extraction.residual_rms,
-        opinion: extraction.opinion.support.name(),
-        chi2_line: extraction.opinion.chi2_line,
-        chi2_point: extraction.opinion.chi2_point,
-        action,
-        reason: reason.map(Rejection::name),
-        map_id,
-        in_the_end: map_id.and_then(|id| in_the_end(id, outcome)),
+    /// A feature of the map by its id, or the one that absorbed it.
+    fn in_the_end(mut id: u32, outcome: &Outcome) -> Option<Self> {
+        // Every absorption leads to an older or a newer feature that still was there, so no chain is
+        // longer than the extractions are many.
+        for extraction in &outcome.extractions {
+            if extraction.absorbed.contains(&id) {
+                id = extraction.map_feature.map_or(id, |feature| feature.id);
+            }
+        }
+        let feature = outcome.map.iter().find(|feature| feature.id == id)?;
+        Some(Self::new(feature))
     }
 }
 
-/// What the map of all readings says of an arc.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MapStory {
-    /// Which kind of feature explains it: `line`, `point`, `ambiguous` or `neither`.
-    pub says: &'static str,
-    /// The feature that does: an id of the map that the noise-aware rule makes of the whole log.
-    pub feature: Option<u32>,
+impl RunStory {
+    /// The runs that an arc stands behind, in the order of extraction.
+    pub fn all(arc: ArcId, outcome: &Outcome) -> Vec<Self> {
+        let of = outcome.extractions.iter();
+        of.filter(|extraction| extraction.associated.contains(&arc))
+            .map(|extraction| Self::new(arc, extraction, outcome))
+            .collect()
+    }
+
+    fn new(arc: ArcId, extraction: &Extraction, outcome: &Outcome) -> Self {
+        let (action, map_id, reason) = match extraction.action {
+            Action::Registered(id) => ("registered", Some(id), None),
+            Action::Merged(id) => ("merged", Some(id), None),
+            Action::Rejected(reason) => ("rejected", None, Some(reason)),
+        };
+        let frame = |arc: Option<&ArcId>| arc.map_or(0, |arc| arc.frame);
+        Self {
+            feature: extraction.id,
+            kind: extraction.kind,
+            labelled: extraction.labelled.contains(&arc),
+            arcs: extraction.labelled.len(),
+            readings: extraction.associated.len(),
+            first_frame: frame(extraction.associated.first()),
+            last_frame: frame(extraction.associated.last()),
+            outliers: extraction.outliers.len(),
+            left_out: extraction.outliers.contains(&arc),
+            residual_rms: extraction.residual_rms,
+            opinion: extraction.opinion.support,
+            chi2_line: extraction.opinion.chi2_line,
+            chi2_point: extraction.opinion.chi2_point,
+            action,
+            reason,
+            map_id,
+            in_the_end: map_id.and_then(|id| Registered::in_the_end(id, outcome)),
+        }
+    }
+
+    fn text(&self) -> String {
+        let part = match (self.labelled, self.left_out) {
+            (_, true) => ", which leaves this one out",
+            (true, false) => "",
+            (false, false) => ", this one unlabelled",
+        };
+        let became = match (self.action, self.map_id) {
+            ("registered", Some(id)) => format!("new in the map as {id}"),
+            (_, Some(id)) => format!("merged into {id} of the map"),
+            (_, None) => format!("rejected: {}", self.reason.map_or("", rejection)),
+        };
+        let mut text = format!(
+            "  feature {}: a {} from {}, {} (frames {}-{}){part}\n    residual {:.2} mm rms; all its \
+             readings support: {} (chi2 line {}, point {})\n    {became}\n",
+            self.feature,
+            self.kind.name(),
+            counted(self.arcs as u64, "labelled arc"),
+            counted(self.readings as u64, "reading"),
+            self.first_frame,
+            self.last_frame,
+            self.residual_rms * 1e3,
+            self.opinion.name(),
+            chi2(self.chi2_line),
+            chi2(self.chi2_point),
+        );
+        if let Some(feature) = &self.in_the_end {
+            let moved = match self.map_id == Some(feature.id) {
+                true => "",
+                false => "it turned out to be the same as another one; ",
+            };
+            let at = match feature.place {
+                Place::Line { ends: [a, b], .. } => format!("line {} - {}", place(a), place(b)),
+                Place::Point { x, y } => format!("point {}", place([x, y])),
+            };
+            let _ = writeln!(
+                text,
+                "    {moved}in the end {} {at}, {}, {} and {}",
+                feature.id,
+                feature.status.name(),
+                counted(feature.runs.into(), "run"),
+                counted(feature.readings.into(), "reading"),
+            );
+        }
+        text
+    }
+}
+
+/// The runs that the arc stands behind, and what the map says of it.
+pub fn text(runs: &[RunStory], map: Option<Prediction>) -> String {
+    let mut text: String = runs.iter().map(RunStory::text).collect();
+    if runs.is_empty() {
+        text.push_str("  It stands behind no feature.\n");
+    }
+    if let Some(map) = map {
+        let says = match (map.support, map.feature) {
+            (Support::Line, Some(id)) => format!("a line explains this reading (its {id})"),
+            (Support::Point, Some(id)) => format!("a point explains this reading (its {id})"),
+            (Support::Ambiguous, _) => "it may be a wall or the point at its end".to_owned(),
+            _ => "no confirmed feature explains this reading".to_owned(),
+        };
+        let _ = writeln!(text, "  The noise-aware map of the whole log says: {says}.");
+    }
+    text
+}
+
+fn rejection(reason: Rejection) -> &'static str {
+    match reason {
+        Rejection::NoStart => "no two of its arcs give a point to start the fit from (no-start)",
+        Rejection::Singular => "its readings do not determine it (singular)",
+        Rejection::Diverged => "the fit ran away (diverged)",
+        Rejection::OutsideBeams => "it lies outside the beams that it came from (outside-beams)",
+        Rejection::Misfit => "its readings do not all come from one feature (misfit)",
+        Rejection::Mirrored => "its mirror image at the robot's path fits as well (mirrored)",
+    }
+}
+
+/// A chi2; infinite where the beams have no place for the model.
+pub fn chi2(x: f64) -> String {
+    if x.is_finite() {
+        format!("{x:.2}")
+    } else {
+        "none".to_owned()
+    }
 }
 
 /// Something that contradicts a label.
@@ -184,8 +252,8 @@ pub struct MapStory {
 pub struct Doubt {
     /// Who says so: `map`, `triple`, `window` or `run`.
     pub by: &'static str,
-    /// What it says instead: `line`, `point` or `neither`.
-    pub says: &'static str,
+    /// What it says instead: a line, a point or neither.
+    pub says: Support,
     /// The map's feature that explains the reading.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub feature: Option<u32>,
@@ -194,51 +262,58 @@ pub struct Doubt {
     pub readings: Option<usize>,
 }
 
-/// Everything that makes an arc suspect; empty for one that is not.
-pub fn doubts(report: &ArcReport) -> Vec<Doubt> {
-    if !report.is_suspect() {
-        return Vec::new();
-    }
-    if let Some(map) = report.map.filter(|map| map.support.kind().is_some()) {
-        return vec![Doubt {
-            by: "map",
-            says: map.support.name(),
-            feature: map.feature,
-            readings: None,
-        }];
-    }
-    let tests = report.tests();
-    tests
+impl Doubt {
+    /// Everything that makes an arc suspect; empty for one that is not.
+    pub fn all(report: &ArcReport) -> Vec<Self> {
+        if !report.is_suspect() {
+            return Vec::new();
+        }
+        if let Some(map) = report.map.filter(|map| map.support.kind().is_some()) {
+            return vec![Self {
+                by: "map",
+                says: map.support,
+                feature: map.feature,
+                readings: None,
+            }];
+        }
         // The window of a triple that decided is the triple.
-        .filter(|(by, test)| *by != "window" || test.readings > 3)
-        .filter(|(_, test)| test.contradicts(report.label))
-        .map(|(by, test)| Doubt {
-            by,
-            says: test.support.name(),
-            feature: None,
-            readings: Some(test.readings),
-        })
-        .collect()
-}
+        let tests = (report.tests()).filter(|(by, test)| *by != "window" || test.readings > 3);
+        tests
+            .filter(|(_, test)| test.contradicts(report.label))
+            .map(|(by, test)| Self {
+                by,
+                says: test.support,
+                feature: None,
+                readings: Some(test.readings),
+            })
+            .collect()
+    }
 
-/// chi2 of the model that the label stands for.
-pub fn chi2_of_label(report: &ArcReport) -> Option<f64> {
-    let kind = report.label.kind()?;
-    let triple = report.triple.as_ref().map(|triple| &triple.test);
-    Some(report.window().or(triple)?.chi2_of(kind))
+    pub fn text(&self) -> String {
+        let says = match self.says {
+            Support::Line => "only a line explains",
+            Support::Point => "only a point explains",
+            _ => "neither a line nor a point explains",
+        };
+        match (self.by, self.readings) {
+            ("triple", _) => format!("{says} its three readings"),
+            ("window", Some(n)) => format!("{says} the {n} readings around it"),
+            ("run", Some(n)) => format!("{says} all {n} readings of its run"),
+            _ => format!(
+                "in the map of all readings it is a {} that explains it",
+                self.says.name()
+            ),
+        }
+    }
 }
 
 /// What echoed, and whether the label says so.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TruthStory {
-    /// `log` where the log says what echoed; `echo-model` where it follows from the walls and points
-    /// that were there.
-    pub from: &'static str,
-    /// What echoed.
+    pub from: Origin,
     pub echoed: Echoed,
     /// What echoed at the arc before.
     pub before: Option<Echoed>,
-    /// What echoed at the arc after.
     pub after: Option<Echoed>,
     /// Whether the label is right; `None` for an arc without one.
     pub right: Option<bool>,
@@ -253,61 +328,95 @@ pub struct Echoed {
     pub index: Option<usize>,
     /// Where it is: the two ends of a wall, or a point; metres.
     pub at: [Option<[f64; 2]>; 2],
+    #[serde(skip)]
+    target: Target,
 }
 
 impl Echoed {
-    fn new(arc: &Arc, truth: &Truth) -> (Self, Target) {
+    fn new(arc: &Arc, truth: &Truth) -> Self {
         let target = truth.target(arc);
-        let xy = |v: &Vec2| [rounded(v.x), rounded(v.y)];
         let world = truth.world();
-        let (index, at) = match target {
+        let at = match target {
             Target::Reflector(Reflector::Line(index)) => {
                 let wall = world.walls().get(index);
-                let ends = wall.map(|wall| [Some(xy(&wall.start)), Some(xy(&wall.end))]);
-                (Some(index), ends.unwrap_or_default())
+                [
+                    wall.map(|wall| xy(wall.start)),
+                    wall.map(|wall| xy(wall.end)),
+                ]
             }
             Target::Reflector(Reflector::Point(index)) => {
-                (Some(index), [world.points().get(index).map(xy), None])
+                [world.points().get(index).copied().map(xy), None]
             }
-            Target::Other(Other::Outlier | Other::Nothing | Other::Disagrees) => (None, [None; 2]),
+            Target::Other(_) => [None; 2],
         };
-        let what = target.name();
-        (Self { what, index, at }, target)
+        Self {
+            what: target.name(),
+            index: match target {
+                Target::Reflector(reflector) => Some(reflector.index()),
+                Target::Other(_) => None,
+            },
+            at,
+            target,
+        }
+    }
+
+    fn text(&self) -> String {
+        match (self.target, self.at) {
+            (Target::Reflector(Reflector::Line(index)), [Some(a), Some(b)]) => {
+                format!("wall {index}, {} - {}", place(a), place(b))
+            }
+            (Target::Reflector(Reflector::Point(index)), [Some(at), _]) => {
+                format!("point {index} at {}", place(at))
+            }
+            (Target::Other(Other::Outlier), _) => {
+                "nowhere: its range was replaced by a random one".to_owned()
+            }
+            (Target::Other(Other::Nothing), _) => {
+                "something that the world does not have".to_owned()
+            }
+            _ => "something else: the world has its echo at another range".to_owned(),
+        }
     }
 }
 
 impl TruthStory {
-    /// The truth about an arc with a label.
-    pub fn new(arc: &Arc, label: Label, situation: &Situation, truth: &Truth) -> Self {
-        let (echoed, target) = Echoed::new(arc, truth);
-        let [before, after] = match &situation.three {
-            Some([first, _, last]) => [first, last].map(|arc| Some(Echoed::new(arc, truth).0)),
-            None => [None, None],
-        };
+    /// The truth about an arc with a label, and about the three that it is in the middle of.
+    pub fn new(arc: &Arc, label: Label, three: Option<&[Arc; 3]>, truth: &Truth) -> Self {
+        let echoed = Echoed::new(arc, truth);
         Self {
-            from: match truth.origin() {
-                Origin::Log => "log",
-                Origin::EchoModel => "echo-model",
-            },
+            from: truth.origin(),
             echoed,
-            before,
-            after,
-            right: match (label, target) {
-                (Label::Unidentified(_), _) => None,
-                (Label::Contact, target) => {
-                    Some(matches!(target, Target::Reflector(Reflector::Line(_))))
-                }
-                (Label::Intersection, target) => {
-                    Some(matches!(target, Target::Reflector(Reflector::Point(_))))
-                }
-            },
+            before: three.map(|[before, ..]| Echoed::new(before, truth)),
+            after: three.map(|[.., after]| Echoed::new(after, truth)),
+            right: label.kind().map(|kind| kind.name() == echoed.what),
         }
     }
 
-    /// Whether the three readings came from one wall or point.
-    pub fn one_target(&self) -> Option<bool> {
-        let same =
-            |other: &Echoed| (other.what, other.index) == (self.echoed.what, self.echoed.index);
-        Some(same(self.before.as_ref()?) && same(self.after.as_ref()?))
+    pub fn text(&self) -> String {
+        let source = match self.from {
+            Origin::Log => "the log says so",
+            Origin::EchoModel => "by the echo model",
+        };
+        let mut text = format!("  this arc came from {} ({source})\n", self.echoed.text());
+        let beside = self.before.zip(self.after);
+        if let Some((before, after)) = beside {
+            let _ = writeln!(text, "  the one before from {}", before.text());
+            let _ = writeln!(text, "  the one after from {}", after.text());
+        }
+        let one_target = beside.map(|(before, after)| {
+            before.target == self.echoed.target && after.target == self.echoed.target
+        });
+        text.push_str(match (self.right, one_target) {
+            (Some(true), _) => "  so the label is right\n",
+            (Some(false), Some(true)) => {
+                "  so the label is WRONG: all three saw one target, the noise misled the rule\n"
+            }
+            (Some(false), Some(false)) => {
+                "  so the label is WRONG: the three saw different targets\n"
+            }
+            (Some(false), None) => "  so the label is WRONG\n",
+            (None, _) => "  it has no label to be right or wrong\n",
+        });
+        text
     }
 }

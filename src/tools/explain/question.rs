@@ -1,12 +1,12 @@
 //! Which arc is meant.
 
 use crate::core::event::{Sonar, SonarId};
-use crate::core::geometry::{Vec2, unit};
+use crate::core::geometry::{Vec2, direction, unit};
 use crate::core::observer::Setting;
 use crate::core::pattern::{PatternError, glob_set};
 use crate::core::tmam::arc::Arc;
 
-use super::sequences::Sequences;
+use super::sequences::{Given, Sequences};
 
 /// What names an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,102 +52,88 @@ impl Question {
     ) -> Result<Vec<Found>, QuestionError> {
         let sonars = sonars(&self.sonars, sequences, setting)?;
         let names = || sonars.iter().map(|(_, sonar)| sonar.name.clone()).collect();
-        let mut arcs: Vec<&Arc> = sequences
-            .arcs()
-            .filter(|arc| sonars.iter().any(|(id, _)| *id == arc.id.sonar))
-            .collect();
-        let found = |arc: &Arc| Found {
+        let one_sonar = || match sonars.as_slice() {
+            [one] => Ok(*one),
+            _ => Err(QuestionError::WhichSonar { sonars: names() }),
+        };
+        let arcs = || {
+            let of = |arc: &&Arc| sonars.iter().any(|(id, _)| *id == arc.id.sonar);
+            sequences.arcs().filter(of)
+        };
+        let found = |arc: &Arc, distance, late| Found {
             arc: *arc,
-            distance: None,
-            late: None,
+            distance,
+            late,
         };
-        if let Which::Place(place) = self.which {
-            let mut near: Vec<Found> = arcs
-                .iter()
-                .map(|arc| Found {
-                    arc: **arc,
-                    distance: Some(distance(arc, place)),
-                    late: None,
-                })
-                .collect();
-            near.sort_by(|a, b| f64::total_cmp(&key(a), &key(b)));
-            let near = answered(near, names)?;
-            return match near.first().filter(|best| key(best) > reach(&arcs)) {
-                Some(best) => Err(far_away(place, best, &arcs, &sonars)),
-                None => Ok(near),
-            };
-        }
-        let [(id, sonar)] = sonars.as_slice() else {
-            return Err(QuestionError::WhichSonar { sonars: names() });
-        };
-        match self.which {
-            Which::Frame(frame) => match arcs.iter().find(|arc| arc.id.frame == frame) {
-                Some(arc) => Ok(vec![found(arc)]),
-                None => Err(no_arc(sequences, *id, sonar, frame)),
-            },
+        let mut answers: Vec<Found> = match self.which {
+            Which::Frame(frame) => {
+                let (id, sonar) = one_sonar()?;
+                let mut arc = arcs().filter(|arc| arc.id.frame == frame);
+                let arc = arc.next();
+                let arc = arc.ok_or_else(|| no_arc(sequences, id, sonar, frame))?;
+                vec![found(arc, None, None)]
+            }
             Which::Time(seconds) => {
-                let source = setting.source;
-                let from = since(source.start_ns, origin_ns);
-                let to = since(source.end_ns, origin_ns);
+                one_sonar()?;
+                let from = since(setting.source.start_ns, origin_ns);
+                let to = since(setting.source.end_ns, origin_ns);
                 // Times are typed to the millisecond at most.
                 if seconds < from - 1e-3 || seconds > to + 1e-3 {
                     return Err(QuestionError::OutsideTime { seconds, from, to });
                 }
                 let late = |arc: &Arc| since(arc.stamp_ns, origin_ns) - seconds;
-                arcs.sort_by(|a, b| late(a).abs().total_cmp(&late(b).abs()));
-                let nearest = arcs.first().map(|arc| Found {
-                    late: Some(late(arc)),
-                    ..found(arc)
-                });
-                answered(nearest.into_iter().collect(), names)
+                arcs()
+                    .map(|arc| found(arc, None, Some(late(arc))))
+                    .collect()
             }
-            Which::Place(_) => Ok(Vec::new()),
+            Which::Place(place) => arcs()
+                .map(|arc| found(arc, Some(distance(arc, place)), None))
+                .collect(),
+        };
+        answers.sort_by(|a, b| a.off().total_cmp(&b.off()));
+        let best = answers.first();
+        let best = *best.ok_or_else(|| QuestionError::NoEcho { sonars: names() })?;
+        let reach = arcs().map(|arc| arc.range).fold(0.0, f64::max);
+        match self.which {
+            Which::Place(place) if best.off() > reach => {
+                let id = best.arc.id;
+                let center = best.arc.center();
+                let (low, high) = arcs().fold((center, center), |(low, high), arc| {
+                    (low.inf(&arc.center()), high.sup(&arc.center()))
+                });
+                let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
+                let sonar = sonars.iter().find(|(sonar, _)| *sonar == id.sonar);
+                Err(QuestionError::FarAway {
+                    x: place.x,
+                    y: place.y,
+                    sonar: sonar.map_or_else(String::new, |(_, sonar)| sonar.name.clone()),
+                    frame: id.frame,
+                    distance: best.off(),
+                    reach,
+                    low: typed(low),
+                    high: typed(high),
+                })
+            }
+            _ => Ok(answers),
         }
     }
 }
 
-fn key(found: &Found) -> f64 {
-    found.distance.unwrap_or_default()
-}
-
-/// The longest echo, metres.
-fn reach(arcs: &[&Arc]) -> f64 {
-    arcs.iter().map(|arc| arc.range).fold(0.0, f64::max)
-}
-
-fn far_away(
-    place: Vec2,
-    best: &Found,
-    arcs: &[&Arc],
-    sonars: &[(SonarId, &Sonar)],
-) -> QuestionError {
-    let id = best.arc.id;
-    let sonar = sonars.iter().find(|(sonar, _)| *sonar == id.sonar);
-    let center = best.arc.center();
-    let (low, high) = arcs.iter().fold((center, center), |(low, high), arc| {
-        (low.inf(&arc.center()), high.sup(&arc.center()))
-    });
-    let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
-    QuestionError::FarAway {
-        x: place.x,
-        y: place.y,
-        sonar: sonar.map_or_else(String::new, |(_, sonar)| sonar.name.clone()),
-        frame: id.frame,
-        distance: key(best),
-        reach: reach(arcs),
-        low: typed(low),
-        high: typed(high),
+impl Found {
+    /// How far it is from what was asked for.
+    fn off(&self) -> f64 {
+        self.distance.or(self.late).map_or(0.0, f64::abs)
     }
 }
 
-fn answered(
-    found: Vec<Found>,
-    names: impl FnOnce() -> Vec<String>,
-) -> Result<Vec<Found>, QuestionError> {
-    if found.is_empty() {
-        return Err(QuestionError::NoEcho { sonars: names() });
+/// The flags that name an arc, safe to type.
+pub fn command(sensor: &str, frame: u32) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:".contains(c);
+    if !sensor.is_empty() && sensor.chars().all(plain) {
+        return format!("--sensor {sensor} --frame {frame}");
     }
-    Ok(found)
+    let sensor = sensor.replace('\'', r"'\''");
+    format!("--sensor '{sensor}' --frame {frame}")
 }
 
 /// Seconds from `origin_ns` to a stamp.
@@ -186,7 +172,7 @@ pub fn sonars<'a>(
 /// How far a place lies from the nearest point of an arc, metres.
 fn distance(arc: &Arc, place: Vec2) -> f64 {
     let away = place - arc.center();
-    if arc.beam_holds(crate::core::geometry::direction(away)) {
+    if arc.beam_holds(direction(away)) {
         return (away.norm() - arc.range).abs();
     }
     let yaw = arc.world_from_sensor.yaw;
@@ -209,14 +195,12 @@ fn no_arc(sequences: &Sequences<'_>, id: SonarId, sonar: &Sonar, frame: u32) -> 
     let after = arcs().find(|given| given.frame > frame);
     let near = match (before, after) {
         (None, None) => "; it gave no echo in the whole replay".to_owned(),
-        (Some(one), None) | (None, Some(one)) => {
-            format!("; its nearest arc is in frame {}", one.frame)
+        (Some(Given { frame, .. }), None) | (None, Some(Given { frame, .. })) => {
+            format!("; its nearest arc is in frame {frame}")
         }
         (Some(before), Some(after)) => {
-            format!(
-                "; its nearest arcs are in frames {} and {}",
-                before.frame, after.frame
-            )
+            let (before, after) = (before.frame, after.frame);
+            format!("; its nearest arcs are in frames {before} and {after}")
         }
     };
     QuestionError::NoArc {

@@ -25,7 +25,6 @@ pub struct Sequences<'a> {
 }
 
 impl<'a> Sequences<'a> {
-    /// The sequences of a replay.
     pub fn new(replay: &Replay<'_>, outcome: &'a Outcome) -> Self {
         let reports = outcome.reports.as_slice();
         let mut sonars = BTreeMap::<SonarId, Vec<Given<'a>>>::new();

@@ -182,7 +182,7 @@ proptest! {
             .collect();
         for (place, report) in reports.iter().enumerate() {
             let windows = Windows::new(&sequence, place, &config);
-            let label = windows.label_with(windows.gate, windows.decisive);
+            let label = windows.label_with(config.opinion.gate, config.opinion.decisive);
             let Some(label) = label else { continue };
             prop_assert_eq!(label, report.label);
             for change in windows.changes() {

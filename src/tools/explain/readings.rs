@@ -1,0 +1,197 @@
+//! An arc between its neighbours in its sonar's sequence, and what keeps the three from being a triple.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::question::since;
+use super::sequences::Given;
+use crate::core::config::Config;
+use crate::core::rounding::{number, optional};
+use crate::core::tmam::arc::Arc;
+use crate::core::tmam::report::Between;
+use crate::tools::tables::{Column, listed};
+
+/// A reading, placed in the world. SI units and radians.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Reading {
+    pub frame: u32,
+    pub stamp_ns: i64,
+    /// After the log's first reading.
+    #[serde(serialize_with = "number")]
+    pub seconds: f64,
+    #[serde(serialize_with = "number")]
+    pub x: f64,
+    #[serde(serialize_with = "number")]
+    pub y: f64,
+    /// Direction of the beam.
+    #[serde(serialize_with = "number")]
+    pub yaw: f64,
+    #[serde(serialize_with = "number")]
+    pub range: f64,
+    #[serde(serialize_with = "number")]
+    pub sigma: f64,
+    #[serde(serialize_with = "number")]
+    pub beam_width: f64,
+}
+
+impl Reading {
+    pub fn new(arc: &Arc, origin_ns: i64) -> Self {
+        Self {
+            frame: arc.id.frame,
+            stamp_ns: arc.stamp_ns,
+            seconds: since(arc.stamp_ns, origin_ns),
+            x: arc.world_from_sensor.x,
+            y: arc.world_from_sensor.y,
+            yaw: arc.world_from_sensor.yaw,
+            range: arc.range,
+            sigma: arc.variance.max(0.0).sqrt(),
+            beam_width: arc.beam_width,
+        }
+    }
+}
+
+/// What stands next to an arc in its sonar's sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "is", rename_all = "kebab-case")]
+pub enum Neighbour {
+    Echo(Reading),
+    /// The sonar fired, and nothing came back.
+    NoEcho {
+        frame: u32,
+    },
+    /// The sequence begins or ends here.
+    End,
+}
+
+/// A bound that keeps an arc from being the middle of a triple. SI units or radians.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Obstacle {
+    /// The key of the configuration.
+    pub key: &'static str,
+    pub between: Between,
+    #[serde(serialize_with = "number")]
+    pub found: f64,
+    #[serde(serialize_with = "number")]
+    pub allowed: f64,
+}
+
+/// An arc between its neighbours.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Situation {
+    pub before: Neighbour,
+    pub after: Neighbour,
+    /// Way of the sensor from the arc before, metres.
+    #[serde(serialize_with = "optional")]
+    pub way_before: Option<f64>,
+    /// Way of the sensor to the arc after, metres.
+    #[serde(serialize_with = "optional")]
+    pub way_after: Option<f64>,
+    /// The conditions that do not hold, where it has two echoes beside it.
+    pub obstacles: Vec<Obstacle>,
+    /// The three arcs, where there are three.
+    #[serde(skip)]
+    pub three: Option<[Arc; 3]>,
+}
+
+impl Situation {
+    /// How the arc at `place` of a sequence stands.
+    pub fn new(sequence: &[Given<'_>], place: usize, config: &Config, origin_ns: i64) -> Self {
+        let [before, this, after] =
+            [place.checked_sub(1), Some(place), place.checked_add(1)].map(|at| sequence.get(at?));
+        let neighbour = |given: Option<&Given<'_>>| match given {
+            None => Neighbour::End,
+            Some(given) => match given.report {
+                Some(report) => Neighbour::Echo(Reading::new(&report.arc, origin_ns)),
+                None => Neighbour::NoEcho { frame: given.frame },
+            },
+        };
+        let report = this.and_then(|given| given.report);
+        let conditions = report.map(|report| report.conditions(config));
+        let broken = conditions.into_iter().flatten().filter(|(_, c)| !c.holds());
+        Self {
+            before: neighbour(before),
+            after: neighbour(after),
+            way_before: report.and_then(|report| Some(report.before?.length)),
+            way_after: report.and_then(|report| Some(report.after?.length)),
+            obstacles: broken
+                .map(|(between, condition)| Obstacle {
+                    key: condition.key,
+                    between,
+                    found: condition.found,
+                    allowed: condition.bound,
+                })
+                .collect(),
+            three: match [before, this, after].map(|given| Some(given?.report?.arc)) {
+                [Some(before), Some(arc), Some(after)] => Some([before, arc, after]),
+                _ => None,
+            },
+        }
+    }
+
+    /// The readings, and why they are no triple.
+    pub fn text(&self, arc: &Reading) -> String {
+        let beside = [("before", &self.before), ("after", &self.after)];
+        let [before, after] = beside.map(|(name, neighbour)| match neighbour {
+            Neighbour::Echo(reading) => Some((name, *reading)),
+            _ => None,
+        });
+        let columns: [Column<'_, (&str, Reading)>; 9] = [
+            ("", &|(name, _)| (*name).to_owned()),
+            ("frame", &|(_, reading)| reading.frame.to_string()),
+            ("time s", &|(_, reading)| format!("{:.3}", reading.seconds)),
+            ("x m", &|(_, reading)| format!("{:.4}", reading.x)),
+            ("y m", &|(_, reading)| format!("{:.4}", reading.y)),
+            ("yaw deg", &|(_, reading)| {
+                format!("{:.2}", reading.yaw.to_degrees())
+            }),
+            ("range m", &|(_, reading)| format!("{:.4}", reading.range)),
+            ("sigma mm", &|(_, reading)| {
+                format!("{:.2}", reading.sigma * 1e3)
+            }),
+            ("beam deg", &|(_, reading)| {
+                format!("{:.1}", reading.beam_width.to_degrees())
+            }),
+        ];
+        let rows = [before, Some(("this arc", *arc)), after];
+        let mut text = listed(1, &columns, rows.iter().flatten());
+        for (side, neighbour) in beside {
+            let _ = match neighbour {
+                Neighbour::Echo(_) => Ok(()),
+                Neighbour::NoEcho { frame } => writeln!(
+                    text,
+                    "  The sonar's reading {side} it, in frame {frame}, had no echo."
+                ),
+                Neighbour::End => writeln!(text, "  The sonar has no reading {side} it."),
+            };
+        }
+        for obstacle in &self.obstacles {
+            let _ = writeln!(text, "  Not a triple: {}.", self.broken(obstacle));
+        }
+        text
+    }
+
+    fn broken(&self, obstacle: &Obstacle) -> String {
+        let from = match (obstacle.between, &self.before, &self.after) {
+            (Between::Before, Neighbour::Echo(other), _) => {
+                format!("from the reading before (frame {})", other.frame)
+            }
+            (Between::After, _, Neighbour::Echo(other)) => {
+                format!("to the reading after (frame {})", other.frame)
+            }
+            _ => "between the way to it and the way on".to_owned(),
+        };
+        let (what, factor, unit, decimals) = match obstacle.key {
+            "sequence.max_gap" => ("", 1.0, "s", 3),
+            "sequence.max_baseline" => ("", 1.0, "m", 3),
+            "triple.turn_tolerance" => ("the beam turned by ", 1_f64.to_degrees(), "deg", 2),
+            _ => ("the path bends by ", 1_f64.to_degrees(), "deg", 2),
+        };
+        format!(
+            "{what}{:.decimals$} {unit} {from}; {} is {:.decimals$}",
+            obstacle.found * factor,
+            obstacle.key,
+            obstacle.allowed * factor
+        )
+    }
+}
