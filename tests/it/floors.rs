@@ -222,7 +222,7 @@ impl Reader {
         };
         let target = self.absolute(&path);
         // `use serde_json;` would lead back to itself.
-        if target != [self.module.as_slice(), &[known_as.clone()]].concat() {
+        if target != [self.module.as_slice(), std::slice::from_ref(&known_as)].concat() {
             self.source.handed_on.insert(known_as, target);
         }
         self.take(&path);
