@@ -129,11 +129,12 @@ pub fn shortened(text: &str, word: usize, whole: usize) -> String {
     short
 }
 
-/// Whether a character is a command to a terminal, or turns the direction in which text is shown.
+/// Whether a character is a command to a terminal, begins a line, or turns the direction in which text
+/// is shown.
 fn steers(character: char) -> bool {
     let turns = matches!(
         character,
-        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
     );
     turns || (character != '\n' && character.is_control())
 }
@@ -170,8 +171,8 @@ mod tests {
     #[test]
     fn a_name_is_one_short_line_that_steers_nothing() {
         assert!(matches!(name("vorn_ä"), Cow::Borrowed("vorn_ä")));
-        let evil = name("a\n::error::b\u{1b}[2J\u{202e}c");
-        assert_eq!(evil, "a\\u000a::error::b\\u001b[2J\\u202ec");
+        let evil = name("a\n::error::b\u{1b}[2J\u{202e}c\u{2028}d");
+        assert_eq!(evil, "a\\u000a::error::b\\u001b[2J\\u202ec\\u2028d");
         let [a, b] = ["a", "b"].map(|end| "x".repeat(1_000_000) + end);
         let (a, b) = (name(&a), name(&b));
         assert!(a.len() < 200 && a != b, "{a} {b}");
