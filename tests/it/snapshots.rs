@@ -320,6 +320,10 @@ fn simulate_and_config() {
 }
 
 #[test]
+#[cfg_attr(
+    not(feature = "color"),
+    ignore = "clap wraps lines with the feature color only"
+)]
 fn help() {
     let commands = [
         "", "replay", "info", "evaluate", "explain", "check", "diff", "sweep", "simulate", "config",
