@@ -148,6 +148,16 @@ fn put_together(
     left_out.extend(unplaced);
     let mut samples = odometry.samples;
     samples.sort_by_key(|sample| sample.stamp_ns);
+    lost.extend(stamps::take_out_astray(
+        &mut samples,
+        |s| s.stamp_ns,
+        &odometry.topic,
+    ));
+    lost.extend(stamps::take_out_astray(
+        &mut readings,
+        |r| r.stamp_ns,
+        "range topics",
+    ));
     notes.extend(stamps::twins(&readings));
     let ranges: Vec<&Clock> = gathered
         .sources

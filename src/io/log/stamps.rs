@@ -15,6 +15,8 @@ const BACK: i64 = 150_000_000;
 const SWAPPED: i64 = 4;
 /// A clock that was set stamps more messages than this, and a damaged stamp is no more.
 const FEW: usize = 3;
+/// A drive does not pause for longer, nanoseconds.
+const AWAY: i64 = 3_600_000_000_000;
 /// So many delays are kept of each clock at the most.
 const KEPT: usize = 1024;
 
@@ -362,6 +364,50 @@ pub fn backward(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
             seconds(farthest.saturating_neg())
         )
     })
+}
+
+/// Takes out what stands at either end of `items`, which are in stamp order, more than [`AWAY`] from all
+/// others: a damaged stamp, or a clock that was not set yet. Says what was lost.
+pub fn take_out_astray<T>(
+    items: &mut Vec<T>,
+    stamp: impl Fn(&T) -> i64,
+    what: &str,
+) -> Option<String> {
+    let stamps: Vec<i64> = items.iter().map(stamp).collect();
+    if stamps.len() <= 10 * FEW {
+        return None;
+    }
+    let is_apart = |pair: &[i64]| matches!(pair, [a, b] if b.saturating_sub(*a) > AWAY);
+    let ends = || {
+        stamps
+            .windows(2)
+            .enumerate()
+            .filter(|(_, pair)| is_apart(pair))
+    };
+    let from = ends()
+        .map(|(at, _)| at + 1)
+        .take_while(|from| *from <= FEW)
+        .last();
+    let to = ends()
+        .map(|(at, _)| at + 1)
+        .find(|to| *to + FEW >= stamps.len());
+    let (from, to) = (from.unwrap_or(0), to.unwrap_or(stamps.len()));
+    let lost = from + (stamps.len() - to);
+    let first = if from > 0 {
+        stamps.first()
+    } else {
+        stamps.get(to)
+    };
+    let text = first.map(|first| {
+        format!(
+            "{} on {what} with a stamp more than an hour from all others left out, the first at {:.3} s",
+            counted(lost as u64, "message"),
+            seconds(*first)
+        )
+    })?;
+    items.truncate(to);
+    items.drain(..from);
+    Some(text)
 }
 
 /// Readings with the stamp of another one of their sonar; they are in stamp order.
