@@ -1,8 +1,8 @@
 //! From the bytes of an MCAP log to readings and odometry in stamp order.
 //!
 //! This room knows MCAP and message encodings and nothing of TMAM: everything downstream sees
-//! [`Log`](crate::core::log::Log). A new encoding is a decoder in [`decoder`], a new message type a function in
-//! [`types`].
+//! [`Log`](crate::core::log::Log). A new encoding is a decoder in [`decoder`], a new message type a row in
+//! [`types`] and a function in [`ranges`], [`poses`] or [`clouds`].
 
 mod assemble;
 mod budget;

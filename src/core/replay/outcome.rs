@@ -24,7 +24,7 @@ pub struct Outcome {
     pub labels: BTreeMap<&'static str, u64>,
     /// Unidentified arcs by reason.
     pub reasons: BTreeMap<&'static str, u64>,
-    /// Labelled arcs that their own readings contradict.
+    /// Labels that the map prediction or a hypothesis test contradicts.
     pub suspects: u64,
     /// How far the ranges of each sonar scatter.
     pub scattering: NoiseEstimator,

@@ -1,6 +1,6 @@
 //! The message types that are read: which fields are wanted of each, and what makes them a message.
 //!
-//! A new type is a line in [`TYPES`], and a function beside those in [`ranges`] or [`poses`].
+//! A new type is a row in [`TYPES`], and a function beside those in [`ranges`], [`poses`] or [`clouds`].
 
 use super::definition::short;
 use super::message::{Content, Role};

@@ -29,7 +29,7 @@ pub struct Score {
     pub contact: u64,
     /// Arcs labelled intersection.
     pub intersection: u64,
-    /// Labels that the readings contradict.
+    /// Labels that the map prediction or a hypothesis test contradicts.
     pub suspects: u64,
     /// Confirmed lines of the map.
     pub lines: u64,
