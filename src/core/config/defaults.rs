@@ -11,7 +11,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             rule: Rule::NoiseAware,
-            poses: Poses::Odometry,
+            poses: Poses::Joint,
             input: Input::default(),
             frames: Frames::default(),
             sequence: Sequence::default(),

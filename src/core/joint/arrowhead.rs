@@ -249,56 +249,59 @@ impl Factor {
     /// The covariances of the poses, of which the first has none.
     pub fn pose_covariances(&self, shared: &DMatrix<f64>) -> Option<PoseCovariances> {
         let mut found = PoseCovariances::default();
-        // The inverse of the poses' own block, on its diagonals, from the last pose on; and W = A^-1 B.
-        let mut after: Option<(
-            &PoseFactor,
-            Matrix3<f64>,
-            Vec<Vector3<f64>>,
-            Vec<Vector3<f64>>,
-        )> = None;
+        let mut after: Option<Carried> = None;
         for factor in self.poses.iter().rev() {
             let inverse = factor.solve_transposed(&factor.solve(&Matrix3::identity())?)?;
-            let (own, next, mut right) = match &after {
-                Some((later, own_later, _, _)) => {
-                    let gain = factor
-                        .solve_transposed(&later.coupling.transpose())?
-                        .transpose();
-                    let own = inverse + gain.transpose() * own_later * gain;
-                    (own, -(gain.transpose() * own_later), factor.reduced.clone())
-                }
-                None => (inverse, Matrix3::zeros(), factor.reduced.clone()),
-            };
+            let mut right = factor.reduced.clone();
             right.resize(shared.nrows(), Vector3::zeros());
-            if let Some((later, _, carried, _)) = &after {
-                for (column, there) in right.iter_mut().zip(carried) {
+            let (mut own, mut next) = (inverse, Matrix3::zeros());
+            if let Some(later) = &after {
+                // L_(k+1, k) L_k^-1
+                let gain = factor
+                    .solve_transposed(&later.coupling.transpose())?
+                    .transpose();
+                next = -(gain.transpose() * later.inverse);
+                own -= next * gain;
+                for (column, there) in right.iter_mut().zip(&later.by_shared) {
                     *column -= later.coupling.transpose() * there;
                 }
             }
-            let mut carried = Vec::with_capacity(right.len());
-            for column in &right {
-                carried.push(factor.solve_transposed(column)?);
-            }
-            let spread = times(&carried, shared);
-            let by_shared = |other: &[Vector3<f64>]| {
+            let by_shared = right.iter().map(|column| factor.solve_transposed(column));
+            let by_shared = by_shared.collect::<Option<Vec<_>>>()?;
+            let spread = times(&by_shared, shared);
+            let through_shared = |other: &[Vector3<f64>]| {
                 let pairs = spread.iter().zip(other);
                 pairs.fold(Matrix3::zeros(), |sum, (a, b)| sum + a * b.transpose())
             };
-            found.own.push(own + by_shared(&carried));
-            if let Some((_, _, later, _)) = &after {
-                found.next.push(next + by_shared(later));
+            found.own.push(own + through_shared(&by_shared));
+            if let Some(later) = &after {
+                found.next.push(next + through_shared(&later.by_shared));
             }
-            after = Some((factor, own, carried, spread));
+            after = Some(Carried {
+                coupling: factor.coupling,
+                inverse: own,
+                by_shared,
+            });
         }
         found.own.reverse();
         found.next.reverse();
-        if let Some(first) = found.own.first_mut() {
-            *first = Matrix3::zeros();
-        }
-        if let Some(first) = found.next.first_mut() {
-            *first = Matrix3::zeros();
+        // The first pose stays.
+        for first in [found.own.first_mut(), found.next.first_mut()] {
+            first
+                .into_iter()
+                .for_each(|first| *first = Matrix3::zeros());
         }
         Some(found)
     }
+}
+
+/// What the covariance of a pose takes from the pose after it.
+struct Carried {
+    coupling: Matrix3<f64>,
+    /// Its block in the inverse of the poses' own normal equations.
+    inverse: Matrix3<f64>,
+    /// Its rows of `A^-1 B`.
+    by_shared: Vec<Vector3<f64>>,
 }
 
 /// Rows of three times a symmetric matrix.
@@ -316,8 +319,10 @@ fn times(rows: &[Vector3<f64>], symmetric: &DMatrix<f64>) -> Vec<Vector3<f64>> {
 mod tests {
     use super::*;
 
+    type Residual = (usize, [Vector3<f64>; 2], Vec<(usize, f64)>, f64);
+
     /// Residuals along a chain of poses, some of them with shared unknowns.
-    fn rows() -> Vec<(usize, [Vector3<f64>; 2], Vec<(usize, f64)>, f64)> {
+    fn rows() -> Vec<Residual> {
         let mut rows = Vec::new();
         for k in 0..5_usize {
             for axis in 0..3 {

@@ -191,9 +191,8 @@ impl Problem {
 
     fn normal_equations(&self, at: &Unknowns) -> Arrowhead {
         let mut system = Arrowhead::new(at.poses.len(), 2 + 2 * at.landmarks.len());
-        for place in 0..2 {
-            let scale = at.scales[place];
-            system.add_shared(&[(place, 1.0)], -scale, 1.0 / (SCALE * SCALE));
+        for (place, scale) in at.scales.iter().enumerate() {
+            system.add_shared(&[(place, 1.0)], -*scale, 1.0 / (SCALE * SCALE));
         }
         for place in 2..2 + 2 * at.landmarks.len() {
             system.add_shared(&[(place, 1.0)], 0.0, 1.0 / (ANYWHERE * ANYWHERE));
@@ -226,12 +225,17 @@ impl Problem {
             let residual = white * residual;
             let by_poses = increment.by_poses(a, b).map(|by| white * by);
             let by_scales = white * increment.by_scales();
-            for axis in 0..3 {
+            let [by_a, by_b] = by_poses;
+            let rows = by_a.row_iter().zip(by_b.row_iter());
+            for (((by_a, by_b), by_scales), residual) in
+                rows.zip(by_scales.row_iter()).zip(residual.iter())
+            {
+                let by_scales = by_scales.into_owned();
                 system.add(&Row {
                     earlier,
-                    by_poses: by_poses.map(|by| by.row(axis).transpose()),
-                    by_shared: &[(0, by_scales[(axis, 0)]), (1, by_scales[(axis, 1)])],
-                    residual: -residual[axis],
+                    by_poses: [by_a, by_b].map(|by| by.transpose()),
+                    by_shared: &[(0, by_scales.x), (1, by_scales.y)],
+                    residual: -residual,
                     information: 1.0,
                 });
             }
