@@ -23,8 +23,8 @@ const ANYWHERE: f64 = 100.0;
 const MAX_STEPS: usize = 25;
 const MAX_HALVINGS: usize = 8;
 
-/// Steps shorter than this are the end, metres and radians.
-const SETTLED: f64 = 1e-7;
+/// After a step shorter than this, metres and radians, the next one is shorter than its square.
+const SETTLED: f64 = 1e-4;
 
 /// A reading of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
