@@ -20,7 +20,7 @@ const ON_WALL: f64 = 5e-4;
 const ANYWHERE: f64 = 100.0;
 
 /// Steps after which a solve ends in any case, and how often a step that makes it worse is halved.
-const MAX_STEPS: usize = 25;
+const MAX_STEPS: usize = 12;
 const MAX_HALVINGS: usize = 8;
 
 /// After a step shorter than this, metres and radians, the next one is shorter than its square.
