@@ -53,9 +53,8 @@ use crate::core::observer::{Observer, ObserverError, Setting};
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
-use crate::observe::carried::Carried;
 use crate::observe::drawing::Overlay;
-use crate::observe::viewer::Error;
+use crate::observe::viewer::{Carried, Error};
 
 /// What the angle plots are laid out for until the beams are known, radians.
 const USUAL_BEAM_WIDTH: f64 = 0.5;
@@ -211,8 +210,8 @@ impl<'a> Recording<'a> {
         for (level, text) in std::mem::take(&mut self.opening) {
             canvas.note(at, level, text)?;
         }
-        for report in &step.labelled {
-            self.hold.decide(report);
+        for (report, triple) in step.labelled.iter().zip(&step.triples) {
+            self.hold.decide(report, *triple);
             *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {

@@ -8,7 +8,7 @@ use crate::core::event::Sonar;
 use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::triple::{Angles, OnMiddle};
+use crate::core::tmam::triple::{Angles, Sides};
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
@@ -56,8 +56,8 @@ pub fn write(mut out: impl Write, sonars: &[Sonar], outcome: &Outcome) -> io::Re
 fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
     let arc = &report.arc;
     let (triple, window) = (report.triple.as_ref(), report.window());
-    let points = |of: fn(&Angles) -> &OnMiddle| {
-        triple.map(|triple| of(&triple.angles).map(|pair| pair.iter().flatten().count()))
+    let points = |of: fn(&Angles) -> Sides| {
+        triple.map(|triple| of(&triple.angles).map(|pair| pair.into_iter().map(usize::from).sum()))
     };
     Row {
         frame: arc.id.frame,
@@ -75,8 +75,8 @@ fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
         theta_i: triple.map(|t| rounded(t.angles.theta_i)),
         theta_c_sigma: triple.and_then(|t| t.spread.theta_c.map(rounded)),
         theta_i_sigma: triple.and_then(|t| t.spread.theta_i.map(rounded)),
-        contact_points: points(|angles| &angles.contact_points),
-        intersection_points: points(|angles| &angles.intersection_points),
+        contact_points: points(|angles| angles.contact),
+        intersection_points: points(|angles| angles.intersection),
         margin: report.margin.map(rounded),
         opinion: triple.map(|t| t.test.support.name()),
         chi2_line: triple.map(|t| rounded(t.test.chi2_line)),

@@ -5,9 +5,8 @@ use std::convert::Infallible;
 use std::io::Write;
 use std::path::Path;
 
-use super::carried::{Carried, CarriedError};
 use super::drawing::{Grid, Overlay};
-use super::viewer::Error;
+use super::viewer::{Carried, CarriedError, Error};
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
 use crate::core::tmam::step::Step;

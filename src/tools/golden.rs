@@ -22,7 +22,6 @@ mod features_file;
 mod file;
 mod hold;
 mod labels_file;
-mod layout;
 mod report;
 mod results;
 mod tolerance;
@@ -35,7 +34,7 @@ pub use difference::{
 pub use features_file::FeaturesFile;
 pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};
 pub use hold::{Held, HoldError, UPDATE, hold, is_set};
-pub use labels_file::LabelsFile;
+pub use labels_file::{LabelsFile, carried};
 pub use report::{SHOWN, Section, describe, differences_in_json, sections};
 pub use results::{
     Feature, Geometry, LabelledArc, Labels, LineSegment, Margin, Mark, Measured, RangeSigma,

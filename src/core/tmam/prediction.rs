@@ -135,8 +135,8 @@ impl Association {
     }
 
     /// Every feature that explains the reading.
-    pub fn all(&self) -> &[u32] {
-        &self.any
+    pub fn all(&self) -> impl Iterator<Item = &u32> {
+        self.any.iter()
     }
 }
 

@@ -4,8 +4,8 @@ use super::canvas::{Canvas, Dot, Row, Strip};
 use super::entity::Entity;
 use super::hold::Held;
 use super::style;
+use crate::core::tmam::pair::{PairPoint, Points};
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::triple::{OnMiddle, TripleTest};
 use crate::observe::viewer::Error;
 
 /// Draws the arcs of a decided frame.
@@ -27,14 +27,19 @@ pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         Strip::from(vec![origin.xy(arc.center()), origin.xy(ahead)])
     });
     canvas.row(Entity::Beams, at, Row::Strips(beams.collect()))?;
-    let touches = |pick: fn(&TripleTest) -> OnMiddle| {
-        let triples = decided().filter_map(|report| report.triple.as_ref());
-        let points = triples.flat_map(|triple| pick(triple).into_iter().flatten().flatten());
+    // Where the pairs of a triple meet its middle arc.
+    let touches = |of: fn(Points) -> [Option<PairPoint>; 2]| {
+        let triples = cells.clone().filter_map(|cell| cell.triple.as_ref());
+        let points = triples.flat_map(|[before, middle, after]| {
+            let first = of(Points::of(before, middle)).into_iter().flatten();
+            let second = of(Points::of(middle, after)).into_iter().flatten();
+            (first.map(|point| point.on_b)).chain(second.map(|point| point.on_a))
+        });
         Row::Dots(points.map(|point| Dot::from(origin.xy(point))).collect())
     };
-    let contact = touches(|triple| triple.angles.contact_points);
+    let contact = touches(|points| points.contact);
     canvas.row(Entity::ContactPoints, at, contact)?;
-    let intersection = touches(|triple| triple.angles.intersection_points);
+    let intersection = touches(|points| points.intersection);
     canvas.row(Entity::IntersectionPoints, at, intersection)
 }
 

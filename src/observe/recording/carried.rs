@@ -22,8 +22,7 @@ use serde::de::IgnoredAny;
 
 use super::canvas::Canvas;
 use crate::io::schema::in_words;
-use crate::observe::carried::{Carried, CarriedError};
-use crate::observe::viewer::Error;
+use crate::observe::viewer::{Carried, CarriedError, Error};
 
 const FEATURES: &str = "/run/features";
 const LABELS: &str = "/run/labels";

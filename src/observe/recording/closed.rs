@@ -1,24 +1,21 @@
 //! What the runs that closed in a frame gave, drawn in that frame only.
 
-use std::collections::BTreeMap;
-
 use rerun::Color;
 
 use super::canvas::{Canvas, Mark, Moment, Row};
 use super::entity::Entity;
 use super::plane::Origin;
 use super::style;
-use crate::core::tmam::arc::{Arc, ArcId};
+use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Action, Kind, Shape};
-use crate::core::tmam::label::Label;
 use crate::core::tmam::step::{Extraction, Step};
 use crate::observe::viewer::Error;
 
 /// The extracted features of one frame, and the arcs they came from.
 #[derive(Default)]
 pub struct Closed {
-    // Arcs that an open run can still reach.
-    recent: BTreeMap<ArcId, Arc>,
+    // Every arc so far, by id: a run over arcs without a label reaches back as far as it is long.
+    arcs: Vec<Arc>,
     now: Vec<Drawn>,
     shown: bool,
 }
@@ -35,11 +32,13 @@ struct Drawn {
 impl Closed {
     /// Takes in what a step extracted.
     pub fn note(&mut self, step: &Step, origin: Origin) {
-        let arcs = step.arcs.iter().map(|arc| (arc.id, *arc));
-        self.recent.extend(arcs);
+        self.arcs.extend(&step.arcs);
         for extraction in &step.extractions {
             let associated = extraction.associated.iter();
-            let associated = associated.filter_map(|id| self.recent.get(id));
+            let associated = associated.filter_map(|id| {
+                let at = self.arcs.binary_search_by_key(id, |arc| arc.id);
+                self.arcs.get(at.ok()?)
+            });
             self.now.push(Drawn {
                 color: color(extraction),
                 name: name(extraction),
@@ -53,19 +52,6 @@ impl Closed {
                     _ => None,
                 },
             });
-        }
-        self.forget(step);
-    }
-
-    /// Forgets arcs that no open run can reach any more.
-    fn forget(&mut self, step: &Step) {
-        let unlabelled = step.labelled.iter();
-        let unlabelled = unlabelled.filter(|r| matches!(r.label, Label::Unidentified(_)));
-        let closed = step.extractions.iter();
-        let closed = closed.filter_map(|extraction| extraction.labelled.last().copied());
-        for last in unlabelled.map(|report| report.arc.id).chain(closed) {
-            self.recent
-                .retain(|id, _| id.sonar != last.sonar || id.frame >= last.frame);
         }
     }
 

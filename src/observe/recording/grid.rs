@@ -4,7 +4,6 @@ mod curve;
 mod drawing;
 mod heat;
 mod page;
-mod picture;
 
 use std::io::Write;
 
@@ -13,8 +12,7 @@ use rerun::datatypes::Range2D;
 use rerun::external::re_sdk_types::blueprint::archetypes::{TimePanelBlueprint, VisualBounds2D};
 use rerun::external::uuid::Uuid;
 
-use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, RIGHT, WIDTH};
-use self::picture::Picture;
+use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, Picture, RIGHT, WIDTH};
 use super::blueprint::{FIRST_UUID, Part, Writer};
 use super::canvas::Canvas;
 use super::encode::{RrdWriter, fnv1a, named_ids};

@@ -25,6 +25,8 @@ pub struct Cell {
     pub arc: Option<Arc>,
     /// Once it has its label.
     pub report: Option<ArcReport>,
+    /// Then, too: the arc between its neighbours, where the three make a triple.
+    pub triple: Option<[Arc; 3]>,
 }
 
 /// A frame that waits for its labels.
@@ -68,6 +70,7 @@ impl Cell {
             sonar,
             arc,
             report: None,
+            triple: None,
         }
     }
 }
@@ -93,7 +96,7 @@ impl Hold {
     }
 
     /// Hands a label to the frame of its arc, if that is held.
-    pub fn decide(&mut self, report: &ArcReport) {
+    pub fn decide(&mut self, report: &ArcReport, triple: Option<[Arc; 3]>) {
         let frame = i64::from(report.arc.id.frame);
         let at = self.queue.partition_point(|held| held.moment.frame < frame);
         let queued = self.queue.get_mut(at).into_iter();
@@ -103,6 +106,7 @@ impl Hold {
         let cell = cells.find(|cell| cell.sonar == report.arc.id.sonar && cell.arc.is_some());
         if let Some(cell) = cell {
             cell.report = Some(report.clone());
+            cell.triple = triple;
         }
     }
 

@@ -4,8 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use super::artifacts::{Artifacts, artifacts_of};
-use super::job::Job;
+use super::job::{Artifacts, Job, artifacts_of};
 use super::report::{CheckError, Report};
 use crate::io::output::OutputError;
 use crate::io::outputs::{OutputsError, refuse_collisions};

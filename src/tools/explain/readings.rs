@@ -9,7 +9,7 @@ use super::sequences::Given;
 use crate::core::config::Config;
 use crate::core::rounding::{number, optional};
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::report::Between;
+use crate::core::tmam::triple::Between;
 use crate::tools::tables::{Column, listed};
 
 /// A reading, placed in the world. SI units and radians.

@@ -10,12 +10,12 @@ use serde_json::Value as Json;
 
 use super::collect::LogInfo;
 use super::labels_file::LabelTable;
-use super::layout::render;
 use super::results::{Feature, Geometry, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::config::Config;
 use crate::io::config::file::check;
 use crate::io::schema::{Relation, in_words, of_file, relation};
+use crate::tools::document::render;
 
 /// The format's name and version.
 pub const SCHEMA: &str = "tmam.golden/1";

@@ -6,15 +6,19 @@
 //! their stamp.
 
 use std::collections::BTreeMap;
-use std::fmt;
+use std::{fmt, io};
 
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::collect::LogInfo;
-use super::layout::render;
+use super::collect::{LogInfo, labels};
 use super::results::{LabelledArc, Labels, Mark, Measured, RangeSigma};
+use crate::core::observer::Setting;
+use crate::core::replay::Outcome;
 use crate::io::schema::in_words;
+use crate::observe::features;
+use crate::observe::viewer::Carried;
+use crate::tools::document::render;
 
 /// The format's name and version.
 const SCHEMA: &str = "tmam.labels/1";
@@ -113,6 +117,25 @@ impl LabelsFile {
             labels,
         })
     }
+}
+
+/// What a recording of the replay carries: the features file, to the byte as `--features` writes it,
+/// and the label of every arc.
+///
+/// # Errors
+/// When they cannot be formed.
+pub fn carried(setting: &Setting<'_>, outcome: &Outcome, log: &LogInfo) -> io::Result<Carried> {
+    let mut features = Vec::new();
+    features::write(&mut features, setting, outcome)?;
+    let labels = LabelsFile {
+        log: log.clone(),
+        noise: RangeSigma::of(outcome.variance_from, setting.config),
+        labels: labels(setting.sonars, outcome),
+    };
+    Ok(Carried {
+        features: String::from_utf8(features).map_err(io::Error::other)?,
+        labels: Some(labels.render()?),
+    })
 }
 
 impl From<&Labels> for LabelTable {

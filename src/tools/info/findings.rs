@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::channels::ChannelFacts;
-use super::facts::Facts;
+use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight, names, percent, which_sonars};
 use super::obstacles;
 use super::odometry::OdometryFacts;

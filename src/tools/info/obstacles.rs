@@ -1,7 +1,6 @@
 //! What a replay would refuse, as findings.
 
-use super::channels::ChannelFacts;
-use super::facts::Facts;
+use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight, names, which_sonars};
 use super::trial::Replayable;
 use crate::core::replay::ReplayError;

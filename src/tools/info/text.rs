@@ -6,8 +6,7 @@ use std::fmt::Write as _;
 use comfy_table::{ColumnConstraint, Width};
 
 use super::Info;
-use super::channels::ChannelFacts;
-use super::facts::Facts;
+use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight};
 use super::odometry::OdometryFacts;
 use super::sonars::{MountFacts, SonarFacts};

@@ -1,7 +1,6 @@
 //! A curve over one key.
 
-use super::drawing::{Drawing, HEIGHT, WIDTH, ticks};
-use super::picture::{BEST, CONFIGURED, Picture, best, range};
+use super::drawing::{BEST, CONFIGURED, Drawing, HEIGHT, Picture, WIDTH, best, range, ticks};
 use crate::observe::drawing::{Column, Grid};
 use crate::observe::recording::style::{CONTACT, UNIDENTIFIED};
 

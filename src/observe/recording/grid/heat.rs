@@ -1,7 +1,8 @@
 //! A heat map over two keys.
 
-use super::drawing::{Drawing, HEIGHT, WIDTH, have_room, ticks};
-use super::picture::{BEST, CONFIGURED, Picture, best, places, range};
+use super::drawing::{
+    BEST, CONFIGURED, Drawing, HEIGHT, Picture, WIDTH, best, have_room, places, range, ticks,
+};
 use crate::observe::drawing::{Axis, Grid};
 
 /// More cells than this have no numbers at all.

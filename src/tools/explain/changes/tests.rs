@@ -37,12 +37,11 @@ fn few_digits_but_enough() {
 const BEAM: f64 = 0.4;
 
 fn angles(theta_c: f64, theta_i: f64) -> Angles {
-    let at = Some(nalgebra::Vector2::zeros());
     Angles {
         theta_c,
         theta_i,
-        contact_points: [[at; 2]; 2],
-        intersection_points: [[at; 2]; 2],
+        contact: [[true; 2]; 2],
+        intersection: [[true; 2]; 2],
     }
 }
 
