@@ -10,10 +10,9 @@ use std::io::Write;
 use rerun::blueprint::components::{ContainerKind, PanelState, VisualBounds2D as VisualBounds};
 use rerun::datatypes::Range2D;
 use rerun::external::re_sdk_types::blueprint::archetypes::{TimePanelBlueprint, VisualBounds2D};
-use rerun::external::uuid::Uuid;
 
 use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, Picture, RIGHT, WIDTH};
-use super::blueprint::{FIRST_UUID, Part, Writer};
+use super::blueprint::Part;
 use super::canvas::Canvas;
 use super::encode::{RrdWriter, fnv1a, named_ids};
 use super::plane::Origin;
@@ -82,43 +81,21 @@ fn groups(grid: &Grid) -> Vec<Group> {
     groups
 }
 
-/// Views and containers.
-#[derive(Debug, Clone, Copy)]
-enum Id {
-    Root,
-    Groups,
-    About,
-    Group(usize),
-    Picture(usize),
-}
-
-impl Part for Id {
-    fn uuid(self) -> Uuid {
-        let number = match self {
-            Self::Root => 1,
-            Self::Groups => 2,
-            Self::About => 3,
-            Self::Group(place) => 0x100 + place,
-            Self::Picture(place) => 0x1000 + place,
-        };
-        Uuid::from_u128(FIRST_UUID | 1 << 32 | number as u128)
-    }
-
-    fn is_container(self) -> bool {
-        !matches!(self, Self::About | Self::Picture(_))
-    }
-}
+// Views and containers.
+const GRID: u128 = 1 << 32;
+const ROOT: Part = Part::container(GRID | 1);
+const GROUPS: Part = Part::container(GRID | 2);
+const ABOUT: Part = Part::view(GRID | 3);
 
 /// Writes the blueprint.
-fn put_layout(groups: &[Group], canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    let mut w = Writer::new(canvas);
-    w.view(Id::About, "TextDocument", "Best cells", &["+ /about"])?;
+fn put_layout(groups: &[Group], w: &mut Canvas<'_>) -> Result<(), Error> {
+    w.view(ABOUT, "TextDocument", "Best cells", &["+ /about"])?;
     let mut pictures = 0..;
     let mut tabs = Vec::new();
     for (place, group) in groups.iter().enumerate() {
         let mut views = Vec::new();
         for (picture, next) in group.pictures.iter().zip(&mut pictures) {
-            let id = Id::Picture(next);
+            let id = Part::view(GRID | (0x1000 + next as u128));
             let query = format!("+ {}/**", entity(next));
             w.view(id, "2D", &picture.title, &[&query])?;
             let bounds = VisualBounds2D::new(VisualBounds(Range2D {
@@ -128,17 +105,17 @@ fn put_layout(groups: &[Group], canvas: &mut Canvas<'_>) -> Result<(), Error> {
             w.property(id, "VisualBounds2D", &bounds)?;
             views.push(id);
         }
-        let id = Id::Group(place);
+        let id = Part::container(GRID | (0x100 + place as u128));
         w.container(id, ContainerKind::Grid, &views, &[])?;
         w.name(id, &group.name)?;
         tabs.push(id);
     }
-    w.container(Id::Groups, ContainerKind::Tabs, &tabs, &[])?;
-    let columns = [Id::Groups, Id::About];
-    w.container(Id::Root, ContainerKind::Horizontal, &columns, &[1.6, 1.0])?;
-    w.window(Id::Root)?;
+    w.container(GROUPS, ContainerKind::Tabs, &tabs, &[])?;
+    let columns = [GROUPS, ABOUT];
+    w.container(ROOT, ContainerKind::Horizontal, &columns, &[1.6, 1.0])?;
+    w.window(ROOT)?;
     let hidden = TimePanelBlueprint::new().with_state(PanelState::Hidden);
-    w.put("time_panel", &hidden)
+    w.part("time_panel", &hidden)
 }
 
 #[cfg(test)]

@@ -143,9 +143,9 @@ pub fn put_last(
     canvas.flush()?;
     // Most lanes are grey most of the time: a word there would be noise, a letter is not.
     let look = StateConfiguration::new()
-        .with_values(LABELS.map(style::name))
-        .with_labels(LABELS.map(style::short))
-        .with_colors(LABELS.map(style::shade));
+        .with_values(LABELS.map(|look| style::name(look.label)))
+        .with_labels(LABELS.map(|look| look.short))
+        .with_colors(LABELS.map(|look| look.shade));
     let mut lanes = seen.iter().map(|sonar| Entity::Labels(*sonar));
     lanes.try_for_each(|lane| canvas.put_on(lane, &look))
 }

@@ -70,22 +70,7 @@ fn fitting(rows: &[Vec<String>]) -> usize {
     (0..count).take_while(fits).count().max(1)
 }
 
-const HOW_TO_READ: &str = "\
-## How to read it
-
-Every picture shows one number of the table for every cell of the grid. In heat maps yellow is the best cell \
-and dark blue the worst, whichever way is better; where more than two keys were swept, a place shows the one \
-cell behind it that is best by the ranking, in every picture the same. Grey could not be replayed. Red frames, \
-or lines, are the cells that are best by the ranking; white is where the configured values lie. Where numbers have no room in their cells, point at the dot in a cell to read its \
-number.
-
-**bits** - what it takes to write down a reading to the millimetre when the map is known, the map included. A \
-wrong mount or a late clock puts readings beside the walls that other readings made, or doubles the walls; \
-both cost bits. **explained** - share of the arcs that the noise-aware map explains. **suspect** - share of the \
-labels that their own readings contradict. **labelled** - share of the arcs that got a label. **map errors** - \
-walls and points that the map lacks, has twice, or invents. **wrong** - share of the labels that the truth \
-contradicts.
-";
+const HOW_TO_READ: &str = include_str!("page.md");
 
 #[cfg(test)]
 mod tests {
