@@ -143,7 +143,7 @@ impl Args {
             show(&text::text(&sweep, self.rows), false);
         }
         show(&text::problems(&sweep), true);
-        Ok(Exit::of_whole(sweep.complete && sweep.has_arcs()))
+        Ok(Exit::of_whole(sweep.log.is_complete() && sweep.has_arcs()))
     }
 
     fn grid(&self) -> Result<Grid, SweepError> {

@@ -10,7 +10,7 @@ use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
-use crate::core::tmam::feature::{Action, Kind, MapFeature, Status};
+use crate::core::tmam::feature::{Kind, MapFeature, Status};
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
 use crate::io::config::keys;
@@ -155,12 +155,7 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
     let of_kind = |kind| extractions.iter().filter(|e| e.kind == kind).count() as u64;
     let mut actions = BTreeMap::<&str, u64>::new();
     for extraction in extractions {
-        let action = match extraction.action {
-            Action::Registered(_) => "registered",
-            Action::Merged(_) => "merged",
-            Action::Rejected(reason) => reason.name(),
-        };
-        *actions.entry(action).or_default() += 1;
+        *actions.entry(extraction.action.fate()).or_default() += 1;
     }
     let mut row = |name: &str, count: usize, what: &str| row(text, name, count as u64, what);
     row(

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::core::event::Sonar;
+use crate::core::event::{Sonar, name_of};
 use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
 use crate::core::tmam::report::ArcReport;
@@ -61,9 +61,7 @@ fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
     };
     Row {
         frame: arc.id.frame,
-        sensor: sonars
-            .get(arc.id.sonar.index())
-            .map_or("", |sonar| sonar.name.as_str()),
+        sensor: name_of(sonars, arc.id.sonar),
         stamp_ns: arc.stamp_ns,
         x: rounded(arc.world_from_sensor.x),
         y: rounded(arc.world_from_sensor.y),

@@ -27,6 +27,7 @@ use self::sequences::Sequences;
 use self::triple::{AnglesStory, Pair};
 use self::windows::Window;
 use crate::core::config::Config;
+use crate::core::event::name_of;
 use crate::core::observer::{Setting, Source};
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::rounding::{number, optional};
@@ -133,10 +134,7 @@ impl Explanation {
         let (best, others) = found.split_first()?;
         let (arc, config) = (best.arc, replay.config());
         let sonars = replay.setting().sonars;
-        let name = |arc: &Arc| {
-            let sonar = sonars.get(arc.id.sonar.index());
-            sonar.map_or_else(String::new, |sonar| sonar.name.clone())
-        };
+        let name = |arc: &Arc| name_of(sonars, arc.id.sonar).to_owned();
         let near = |found: &Found| {
             Some(Near {
                 sensor: name(&found.arc),

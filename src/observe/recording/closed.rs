@@ -92,7 +92,8 @@ impl Drawn {
     }
 }
 
-fn color(extraction: &Extraction) -> Color {
+/// The colour of what a run gave.
+pub fn color(extraction: &Extraction) -> Color {
     match (extraction.action, extraction.kind) {
         (Action::Rejected(_), _) => style::REJECTED,
         (_, Kind::Line) => style::CONTACT,

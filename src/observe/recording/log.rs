@@ -3,11 +3,11 @@
 use rerun::components::TextLogLevel;
 
 use super::canvas::{Canvas, Message, Moment, Row};
+use super::closed::color;
 use super::entity::Entity;
-use super::style;
 use crate::core::observer::Setting;
 use crate::core::rounding::fixed;
-use crate::core::tmam::feature::{Action, Kind, Rejection, Shape};
+use crate::core::tmam::feature::{Action, Rejection, Shape};
 use crate::core::tmam::step::Extraction;
 use crate::core::wording::counted;
 use crate::observe::viewer::Error;
@@ -17,13 +17,14 @@ pub fn tell(at: Moment, extractions: &[Extraction], canvas: &mut Canvas<'_>) -> 
     for extraction in extractions {
         let first = extraction.labelled.first();
         let sonar = first.map_or("?", |arc| canvas.sonar(arc.sonar));
-        let (level, color) = match (extraction.action, extraction.kind) {
-            (Action::Rejected(_), _) => (TextLogLevel::WARN, style::REJECTED),
-            (_, Kind::Line) => (TextLogLevel::INFO, style::CONTACT),
-            (_, Kind::Point) => (TextLogLevel::INFO, style::INTERSECTION),
+        let message = Message {
+            text: describe(extraction, sonar),
+            level: match extraction.action {
+                Action::Rejected(_) => TextLogLevel::WARN,
+                _ => TextLogLevel::INFO,
+            },
+            color: color(extraction),
         };
-        let text = describe(extraction, sonar);
-        let message = Message { text, level, color };
         canvas.row(Entity::Log, at, Row::Messages(vec![message]))?;
     }
     Ok(())
@@ -106,7 +107,7 @@ mod tests {
     use crate::core::event::SonarId;
     use crate::core::geometry::Vec2;
     use crate::core::tmam::arc::ArcId;
-    use crate::core::tmam::feature::{MapFeature, Segment, Status};
+    use crate::core::tmam::feature::{Kind, MapFeature, Segment, Status};
     use crate::core::tmam::hypothesis::{HypothesisTest, Support};
     use nalgebra::Matrix2;
 

@@ -230,20 +230,15 @@ impl Job {
 
 /// Only a whole log with echoes is compared.
 fn fit_to_compare(log: &Log, outcome: &Outcome) -> Result<(), CheckError> {
-    if !log.losses.is_empty() {
-        let lost = itemised(&log.losses);
-        let file = &log.file;
-        return Err(CheckError::Nothing(format!(
-            "{file} could not be read whole. Lost:{lost}"
-        )));
-    }
-    if outcome.tally.echoes == 0 {
-        let file = &log.file;
-        return Err(CheckError::Nothing(format!(
-            "not one reading of {file} is an echo"
-        )));
-    }
-    Ok(())
+    let file = &log.file;
+    let lost = itemised(&log.losses);
+    Err(CheckError::Nothing(if !log.losses.is_empty() {
+        format!("{file} could not be read whole. Lost:{lost}")
+    } else if outcome.tally.echoes == 0 {
+        format!("not one reading of {file} is an echo")
+    } else {
+        return Ok(());
+    }))
 }
 
 fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String> {
@@ -334,16 +329,12 @@ struct Replayed<'a> {
 /// A directory for artefacts.
 #[derive(Debug)]
 pub struct Artifacts {
-    directory: PathBuf,
-    around: Option<u32>,
+    pub directory: PathBuf,
+    /// Record only so many frames about each difference.
+    pub around: Option<u32>,
 }
 
 impl Artifacts {
-    /// Into a directory that exists; `around`: record only so many frames about each difference.
-    pub fn new(directory: PathBuf, around: Option<u32>) -> Self {
-        Self { directory, around }
-    }
-
     /// Writes the golden file that would make the log pass, and the recording, where this tmam writes
     /// recordings.
     ///

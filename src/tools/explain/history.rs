@@ -9,7 +9,7 @@ use crate::core::geometry::Vec2;
 use crate::core::replay::Outcome;
 use crate::core::rounding::{number, rounded};
 use crate::core::tmam::arc::{Arc, ArcId};
-use crate::core::tmam::feature::{Action, MapFeature, Rejection, Shape, Status};
+use crate::core::tmam::feature::{MapFeature, Rejection, Shape, Status};
 use crate::core::tmam::hypothesis::Support;
 use crate::core::tmam::label::{Kind, Label};
 use crate::core::tmam::prediction::Prediction;
@@ -135,11 +135,7 @@ impl RunStory {
     }
 
     fn new(arc: ArcId, extraction: &Extraction, outcome: &Outcome) -> Self {
-        let (action, map_id, reason) = match extraction.action {
-            Action::Registered(id) => ("registered", Some(id), None),
-            Action::Merged(id) => ("merged", Some(id), None),
-            Action::Rejected(reason) => ("rejected", None, Some(reason)),
-        };
+        let map_id = extraction.action.map_id();
         let frame = |arc: Option<&ArcId>| arc.map_or(0, |arc| arc.frame);
         Self {
             feature: extraction.id,
@@ -155,8 +151,8 @@ impl RunStory {
             opinion: extraction.opinion.support,
             chi2_line: extraction.opinion.chi2_line,
             chi2_point: extraction.opinion.chi2_point,
-            action,
-            reason,
+            action: extraction.action.name(),
+            reason: extraction.action.rejection(),
             map_id,
             in_the_end: map_id.and_then(|id| Registered::in_the_end(id, outcome)),
         }

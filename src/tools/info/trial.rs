@@ -1,13 +1,12 @@
 //! A replay that writes nothing, to see what comes of a log.
 
-use std::collections::BTreeMap;
-
 use serde::{Serialize, Serializer};
 
 use super::odometry::OdometryFacts;
 use crate::core::config::Config;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::observe::features::Counts;
 
 /// Whether a log can be replayed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -123,34 +122,8 @@ pub fn wider_gap(odometry: &OdometryFacts, present: f64) -> Option<f64> {
     Some(libm::ceil(usual * 15.0) / 10.0)
 }
 
-#[derive(Serialize)]
-struct Counts<'a> {
-    frames: u32,
-    readings: u64,
-    echoes: u64,
-    no_echoes: u64,
-    contact: u64,
-    intersection: u64,
-    unidentified: u64,
-    reasons: &'a BTreeMap<&'static str, u64>,
-    surplus: u64,
-    dropped: &'a BTreeMap<&'static str, u64>,
-}
-
 fn counts<S: Serializer>(outcome: &Option<Outcome>, serializer: S) -> Result<S::Ok, S::Error> {
-    let counts = outcome.as_ref().map(|outcome| Counts {
-        frames: outcome.frames,
-        readings: outcome.tally.readings,
-        echoes: outcome.tally.echoes,
-        no_echoes: outcome.tally.no_echoes,
-        contact: outcome.labelled("contact"),
-        intersection: outcome.labelled("intersection"),
-        unidentified: outcome.labelled("unidentified"),
-        reasons: &outcome.reasons,
-        surplus: outcome.tally.surplus,
-        dropped: &outcome.tally.dropped,
-    });
-    counts.serialize(serializer)
+    outcome.as_ref().map(Counts::new).serialize(serializer)
 }
 
 #[cfg(test)]

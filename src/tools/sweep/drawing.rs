@@ -33,7 +33,7 @@ pub fn grid(sweep: &Sweep) -> io::Result<drawing::Grid> {
         }
     };
     Ok(drawing::Grid {
-        file: sweep.file.clone(),
+        file: sweep.log.file.clone(),
         content,
         conclusion: lines(sweep),
         ranked_by: if sweep.with_truth {
@@ -78,7 +78,7 @@ fn lines(sweep: &Sweep) -> String {
     for line in conclusion(sweep).lines() {
         let _ = writeln!(text, "{}  ", line.trim_start());
     }
-    for note in &sweep.notes {
+    for note in &sweep.log.notes {
         let _ = writeln!(text, "\nNote: {note}");
     }
     text

@@ -58,7 +58,7 @@ pub fn json(mut out: impl Write, sweep: &Sweep) -> io::Result<()> {
     let whole = json!({
         "schema": "tmam.sweep/1",
         "tool": Tool::THIS,
-        "source": { "file": sweep.file, "complete": sweep.complete },
+        "source": { "file": sweep.log.file, "complete": sweep.log.is_complete() },
         "truth": sweep.with_truth,
         "axes": axes.collect::<Vec<Value>>(),
         "ranked_by": ranked_by.collect::<Vec<&str>>(),

@@ -4,24 +4,18 @@ use std::cmp::Ordering;
 
 use super::columns::Column;
 use super::grid::Grid;
-use super::runner::{CellError, Configured};
+use super::runner::{About, CellError, Configured};
 use super::score::Score;
 
 /// A sweep that has run.
 #[derive(Debug)]
 pub struct Sweep {
-    /// File name of the log, without its directory.
-    pub file: String,
+    /// What the log itself says.
+    pub log: About,
     /// What was swept.
     pub grid: Grid,
     /// Whether cells were held against the truth.
     pub with_truth: bool,
-    /// Whether the log was read to its end without loss.
-    pub complete: bool,
-    /// What a person should know of the log.
-    pub notes: Vec<String>,
-    /// What could not be read of it.
-    pub losses: Vec<String>,
     /// By what the cells are ranked.
     pub ranked_by: Vec<&'static Column>,
     /// The log without the sweep.
