@@ -59,6 +59,18 @@ use crate::observe::viewer::{Carried, Error};
 /// What the angle plots are laid out for until the beams are known, radians.
 const USUAL_BEAM_WIDTH: f64 = 0.5;
 
+/// What looks the same in every recording.
+const LOOKS: [Entity; 8] = [
+    Entity::Arcs,
+    Entity::Beams,
+    Entity::ContactPoints,
+    Entity::IntersectionPoints,
+    Entity::Suspects,
+    Entity::ClosedArcs,
+    Entity::ClosedLines,
+    Entity::ClosedPoints,
+];
+
 /// A Rerun recording being written.
 pub struct Recording<'a> {
     canvas: Canvas<'a>,
@@ -136,23 +148,10 @@ impl<'a> Recording<'a> {
         let flip = Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0]));
         canvas.put("/world", &flip)?;
         canvas.put("/world", &style::annotations())?;
-        for entity in [
-            Entity::Arcs,
-            Entity::Beams,
-            Entity::ContactPoints,
-            Entity::IntersectionPoints,
-        ] {
+        for entity in LOOKS {
             canvas.put_look(entity)?;
         }
         plots::put_styles(self.limits, canvas)?;
-        for entity in [
-            Entity::Suspects,
-            Entity::ClosedArcs,
-            Entity::ClosedLines,
-            Entity::ClosedPoints,
-        ] {
-            canvas.put_look(entity)?;
-        }
         robot::put_styles(self.overlay.only.is_some(), canvas)?;
         overlay::put(&self.overlay, canvas)?;
         let layout = Layout {
@@ -215,8 +214,7 @@ impl<'a> Recording<'a> {
             *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
-            arcs::draw(&ready, canvas)?;
-            plots::draw(&ready, canvas)?;
+            draw(&ready, canvas)?;
         }
         self.closed.note(step, canvas.origin);
         log::tell(at, &step.extractions, canvas)?;
@@ -230,8 +228,7 @@ impl<'a> Recording<'a> {
         self.take(last, step)?;
         let canvas = &mut self.canvas;
         while let Some(ready) = self.hold.drain() {
-            arcs::draw(&ready, canvas)?;
-            plots::draw(&ready, canvas)?;
+            draw(&ready, canvas)?;
         }
         if self.span.is_some() {
             self.closed.draw(last, canvas)?;
@@ -294,6 +291,12 @@ impl<'a> Recording<'a> {
         }
         self.canvas.close()
     }
+}
+
+/// Draws a decided frame.
+fn draw(ready: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    arcs::draw(ready, canvas)?;
+    plots::draw(ready, canvas)
 }
 
 impl Observer for Recording<'_> {

@@ -65,29 +65,25 @@ impl Diff {
         {
             notes.push("the two come from logs with different events".to_owned());
         }
-        let unlabelled = [&a, &b]
-            .into_iter()
-            .filter(|side| side.results.labels.is_none());
-        match unlabelled.collect::<Vec<_>>().as_slice() {
-            [] => {}
-            [one] => {
-                let one = one.path.display();
+        match [&a, &b].map(|side| side.results.labels.is_none()) {
+            [false, false] => {}
+            [true, true] => {
+                notes.push("labels are not compared: neither side holds any".to_owned())
+            }
+            [in_a, _] => {
+                let one = if in_a { &a } else { &b }.path.display();
                 notes.push(format!("labels are not compared: {one} holds none"));
             }
-            _ => notes.push("labels are not compared: neither side holds any".to_owned()),
         }
-        if a.results.noise.is_unknown() != b.results.noise.is_unknown() {
-            let unknown = if a.results.noise.is_unknown() { &a } else { &b };
+        let [in_a, in_b] = [&a, &b].map(|side| side.results.noise.is_unknown());
+        if in_a != in_b {
+            let unknown = if in_a { &a } else { &b }.path.display();
             notes.push(format!(
-                "the noise of the ranges is not compared: {} does not record whether they tell it",
-                unknown.path.display()
+                "the noise of the ranges is not compared: {unknown} does not record whether they tell it"
             ));
         }
         let tolerance = a.tolerances.or(b.tolerances).unwrap_or_default();
-        let tolerance = terms
-            .tolerances
-            .iter()
-            .try_fold(tolerance, Tolerance::with)?;
+        let tolerance = (terms.tolerances.iter()).try_fold(tolerance, Tolerance::with)?;
         let found = compare(&a.results, &b.results, &tolerance);
         Ok(Self { a, b, notes, found })
     }
@@ -109,11 +105,8 @@ impl Diff {
                 Some(labels) => format!("{} arcs", labels.len()),
                 None => "no labels".to_owned(),
             };
-            let incomplete = if side.losses.is_empty() {
-                ""
-            } else {
-                ", INCOMPLETE"
-            };
+            let is_whole = side.losses.is_empty();
+            let incomplete = if is_whole { "" } else { ", INCOMPLETE" };
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
@@ -300,15 +293,25 @@ pub enum DiffError {
     Tolerance(#[from] ToleranceError),
 }
 
+impl DiffError {
+    fn malformed(path: &Path) -> impl Fn(String) -> Self {
+        let path = path.to_owned();
+        move |reason| Self::Malformed {
+            path: path.clone(),
+            reason,
+        }
+    }
+}
+
 impl Source {
     /// Opens an argument.
     ///
     /// # Errors
     /// When no results are to be had from it.
     fn open(path: &Path) -> Result<Self, DiffError> {
-        let unreadable = |source| DiffError::Read {
-            path: path.to_owned(),
-            source,
+        let unreadable = |source| {
+            let path = path.to_owned();
+            DiffError::Read { path, source }
         };
         let mut head = Vec::new();
         let mut file = std::fs::File::open(path).map_err(unreadable)?.take(64);
@@ -362,10 +365,7 @@ impl Side {
         let mut side = Self::of_file(path, carried.features.as_bytes())?;
         side.kind = "recording";
         if let Some(text) = carried.labels {
-            let file = LabelsFile::parse(&text).map_err(|reason| DiffError::Malformed {
-                path: path.to_owned(),
-                reason,
-            })?;
+            let file = LabelsFile::parse(&text).map_err(DiffError::malformed(path))?;
             side.log = Some(file.log);
             side.results.noise = file.noise;
             side.results.labels = Some(file.labels);
@@ -375,9 +375,9 @@ impl Side {
 
     /// The results in a file, by its schema.
     fn of_file(path: &Path, bytes: &[u8]) -> Result<Self, DiffError> {
-        let no_results = |reason: String| DiffError::NoResults {
-            path: path.to_owned(),
-            reason,
+        let no_results = |reason: String| {
+            let path = path.to_owned();
+            DiffError::NoResults { path, reason }
         };
         let found = of_file(bytes).map_err(no_results)?;
         let found = found.ok_or_else(|| no_results("it does not say its schema".to_owned()))?;
@@ -404,24 +404,18 @@ impl Side {
                 });
             }
         }
-        let malformed = |reason: String| DiffError::Malformed {
-            path: path.to_owned(),
-            reason,
-        };
+        let malformed = DiffError::malformed(path);
         let file: FeaturesFile =
             serde_json::from_slice(bytes).map_err(|error| malformed(in_words(&error)))?;
-        let (losses, json) = (file.losses(), file.config.clone());
-        let config = json
-            .as_ref()
-            .and_then(|json| Config::deserialize(json).ok());
-        let absent = json
-            .as_ref()
-            .zip(config)
-            .map(|(json, config)| unrecorded(json, &config));
+        let (losses, config) = (file.losses(), file.config.clone());
+        let absent = config.as_ref().and_then(|json| {
+            let config = Config::deserialize(json).ok()?;
+            Some(unrecorded(json, &config))
+        });
         Ok(Self {
             losses,
             unrecorded: absent.unwrap_or_default(),
-            config: json,
+            config,
             ..Self::new(path, "features", file.into_results().map_err(malformed)?)
         })
     }

@@ -29,7 +29,8 @@ mod tolerance;
 pub use collect::{LogInfo, digest, labels, results};
 pub use compare::compare;
 pub use difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, SECTIONS, State, StrayedArc, Unit,
+    Change, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, SECTIONS, State,
+    StrayedArc, Unit,
 };
 pub use features_file::FeaturesFile;
 pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};

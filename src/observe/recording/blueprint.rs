@@ -63,35 +63,23 @@ const LANES: Part = Part::container(12);
 const EVENTS: Part = Part::view(13);
 const LINE: Part = Part::container(14);
 const POINT: Part = Part::container(15);
-const CHI2LINE: Part = Part::view(16);
-const CHI2POINT: Part = Part::view(17);
+const CHI2_LINE: Part = Part::view(16);
+const CHI2_POINT: Part = Part::view(17);
 const EVALUATION: Part = Part::view(18);
 
 /// Writes the whole blueprint.
 pub fn put(layout: &Layout, w: &mut Canvas<'_>) -> Result<(), Error> {
     map(w, layout)?;
     w.view(ABOUT, "TextDocument", "About", &["+ /about"])?;
-    for (id, name, path, bound) in [
-        (
-            THETA_C,
-            "theta_c [rad]: low = wall",
-            "+ /angles/theta_c",
-            Bound::Gamma,
-        ),
-        (
-            THETA_I,
-            "theta_i [rad]: low = point",
-            "+ /angles/theta_i",
-            Bound::Gamma,
-        ),
-        (CHI2LINE, "chi2 line", "+ /chi2/line", Bound::Gate),
-        (CHI2POINT, "chi2 point", "+ /chi2/point", Bound::Gate),
-    ] {
-        plot(w, layout, id, name, path, bound)?;
-    }
-    for (tabs, angle, chi2) in [(LINE, THETA_C, CHI2LINE), (POINT, THETA_I, CHI2POINT)] {
-        w.container(tabs, ContainerKind::Tabs, &[angle, chi2], &[])?;
-    }
+    let gamma = ("+ /angles/gamma", layout.beam_width);
+    let gate = ("+ /chi2/gate", 4.0 * layout.gate);
+    let (wall, point) = ("theta_c [rad]: low = wall", "theta_i [rad]: low = point");
+    plot(w, THETA_C, wall, "+ /angles/theta_c", gamma)?;
+    plot(w, THETA_I, point, "+ /angles/theta_i", gamma)?;
+    plot(w, CHI2_LINE, "chi2 line", "+ /chi2/line", gate)?;
+    plot(w, CHI2_POINT, "chi2 point", "+ /chi2/point", gate)?;
+    w.container(LINE, ContainerKind::Tabs, &[THETA_C, CHI2_LINE], &[])?;
+    w.container(POINT, ContainerKind::Tabs, &[THETA_I, CHI2_POINT], &[])?;
     labels(w, layout)?;
     events(w, layout)?;
 
@@ -192,28 +180,14 @@ fn map(w: &mut Canvas<'_>, layout: &Layout) -> Result<(), Error> {
     )
 }
 
-/// What the values of a plot are held against.
-#[derive(Debug, Clone, Copy)]
-enum Bound {
-    /// Angles.
-    Gamma,
-    /// Chi2.
-    Gate,
-}
-
-/// A value over time against its bound.
+/// A value over time against its bound, and how high the plot is.
 fn plot(
     w: &mut Canvas<'_>,
-    layout: &Layout,
     id: Part,
     name: &str,
     path: &str,
-    bound: Bound,
+    (bound, top): (&str, f64),
 ) -> Result<(), Error> {
-    let (bound, top) = match bound {
-        Bound::Gamma => ("+ /angles/gamma", layout.beam_width),
-        Bound::Gate => ("+ /chi2/gate", 4.0 * layout.gate),
-    };
     w.view(id, "TimeSeries", name, &[path, bound])?;
     scale(w, id, [-0.06 * top, 1.12 * top])?;
     link(w, id)?;

@@ -17,7 +17,7 @@ use super::entity::{Entity, Look, Names, Paint};
 use super::evidence::{Known, batches};
 use super::plane::Origin;
 use super::style;
-use crate::core::event::{Sonar, SonarId};
+use crate::core::event::{Sonar, SonarId, name_of};
 use crate::core::geometry::{Pose2, unit};
 use crate::core::rounding::rounded;
 use crate::observe::viewer::Error;
@@ -157,9 +157,7 @@ impl<'a> Canvas<'a> {
     }
 
     pub fn sonar(&self, id: SonarId) -> &str {
-        self.sonars
-            .get(id.index())
-            .map_or("?", |sonar| sonar.name.as_str())
+        name_of(&self.sonars, id)
     }
 
     /// Adds a row; moments must not decrease, unless they are late.
@@ -233,7 +231,7 @@ impl<'a> Canvas<'a> {
         path: impl Into<EntityPath>,
         what: &dyn AsComponents,
     ) -> Result<(), Error> {
-        let columns = single_row(what)?;
+        let columns = columns(what, &[])?;
         self.file
             .chunk(Store::Recording, &path.into(), 1, Vec::new(), columns)
     }
@@ -258,7 +256,7 @@ impl<'a> Canvas<'a> {
         what: &dyn AsComponents,
     ) -> Result<(), Error> {
         let times = vec![(Timeline::new_sequence("blueprint"), vec![0])];
-        let columns = single_row(what)?;
+        let columns = columns(what, &[])?;
         self.file
             .chunk(Store::Blueprint, &path.into(), 1, times, columns)
     }
@@ -384,22 +382,18 @@ impl Row {
     }
 }
 
-/// Instances as columns, cut into rows of these lengths.
+/// Instances as columns, cut into rows of these lengths; into a single row without any.
 fn columns(
     what: &dyn AsComponents,
     lengths: &[usize],
 ) -> SerializationResult<Vec<SerializedComponentColumn>> {
     let batches = what.as_serialized_batches().into_iter();
-    batches
-        .map(|batch| batch.partitioned(lengths.iter().copied()))
-        .collect()
-}
-
-fn single_row(what: &dyn AsComponents) -> SerializationResult<Vec<SerializedComponentColumn>> {
-    let batches = what.as_serialized_batches().into_iter();
-    let row = batches.map(|batch| {
-        let len = batch.array.len();
-        batch.partitioned([len])
+    let columns = batches.map(|batch| match lengths {
+        [] => {
+            let all = batch.array.len();
+            batch.partitioned([all])
+        }
+        lengths => batch.partitioned(lengths.iter().copied()),
     });
-    row.collect()
+    columns.collect()
 }

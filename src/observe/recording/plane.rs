@@ -25,11 +25,9 @@ impl Origin {
     /// start to the metre.
     pub fn of(start: Vec2) -> Self {
         let is_far = start.norm() > FAR && start.amax() < FARTHEST;
-        Self(if is_far {
-            start.map(libm::rint)
-        } else {
-            Vec2::zeros()
-        })
+        is_far
+            .then(|| Self(start.map(libm::rint)))
+            .unwrap_or_default()
     }
 
     /// Where it is in the world, unless it is the world's.
@@ -79,12 +77,13 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    fn new(min: Vec2, max: Vec2) -> Self {
+        Self { min, max }
+    }
+
     /// The same in a recording with such an origin.
     pub fn seen_from(self, origin: Origin) -> Self {
-        Self {
-            min: origin.local(self.min),
-            max: origin.local(self.max),
-        }
+        Self::new(origin.local(self.min), origin.local(self.max))
     }
 }
 
@@ -118,23 +117,13 @@ impl Extent {
 
     /// The box to show, with a margin.
     pub fn bounds(&self) -> Bounds {
-        let mut boxes = [self.path.bounds(ROBOT), self.echoes.bounds(0.0)]
-            .into_iter()
-            .flatten();
-        let first = boxes.next().unwrap_or(Bounds {
-            min: Vec2::zeros(),
-            max: Vec2::zeros(),
-        });
-        let bounds = boxes.fold(first, |a, b| Bounds {
-            min: a.min.inf(&b.min),
-            max: a.max.sup(&b.max),
-        });
+        let boxes = [self.path.bounds(ROBOT), self.echoes.bounds(0.0)];
+        let boxes = boxes.into_iter().flatten();
+        let both = boxes.reduce(|a, b| Bounds::new(a.min.inf(&b.min), a.max.sup(&b.max)));
+        let bounds = both.unwrap_or(Bounds::new(Vec2::zeros(), Vec2::zeros()));
         let middle = (bounds.min + bounds.max) / 2.0;
         let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.1 * h).max(LEAST));
-        Bounds {
-            min: middle - half,
-            max: middle + half,
-        }
+        Bounds::new(middle - half, middle + half)
     }
 }
 
@@ -153,11 +142,11 @@ impl Histogram {
     fn bounds(&self, margin: f64) -> Option<Bounds> {
         let [xs, ys] = &self.cells;
         let ((x0, x1), (y0, y1)) = (self.span(xs)?, self.span(ys)?);
-        let margin = Vec2::repeat(margin);
-        Some(Bounds {
-            min: Vec2::new(x0, y0) - margin,
-            max: Vec2::new(x1, y1) + margin,
-        })
+        let (low, high) = (Vec2::new(x0, y0), Vec2::new(x1, y1));
+        Some(Bounds::new(
+            low.add_scalar(-margin),
+            high.add_scalar(margin),
+        ))
     }
 
     fn span(&self, cells: &BTreeMap<i64, u64>) -> Option<(f64, f64)> {

@@ -81,12 +81,8 @@ impl Job {
         if let (Some(artifacts), CheckResult::Differs) = (artifacts, &report.result) {
             let config = golden.config.clone();
             let new = Golden::new(Some(info), config, golden.tolerances, results);
-            let replayed = Replayed {
-                replay,
-                outcome,
-                kept,
-            };
-            match artifacts.write(&self.log, &replayed, &golden, &new, &found) {
+            let replayed = (&replay, &outcome, &kept);
+            match artifacts.write(&self.log, replayed, &golden, &new, &found) {
                 Ok((new, recording)) => {
                     report.artifacts = [new].into_iter().chain(recording.clone()).collect();
                     report.recording = recording;
@@ -106,9 +102,12 @@ impl Job {
             "there is no golden file {}; write it with --bless and commit it",
             self.golden.display()
         )));
+        let config = Config::default();
         let kept = match artifacts {
-            Some(artifacts) => self.first(artifacts),
-            None => read(&self.log, &Config::default())
+            Some(artifacts) => self
+                .new_golden(config, Tolerance::default())
+                .and_then(|golden| artifacts.write_golden(&self.log, &golden).map(Some)),
+            None => read(&self.log, &config)
                 .map(|_| None)
                 .map_err(CheckError::from),
         };
@@ -123,12 +122,6 @@ impl Job {
         report
     }
 
-    /// Keeps the golden file that the log would get with the default configuration.
-    fn first(&self, artifacts: &Artifacts) -> Result<Option<PathBuf>, CheckError> {
-        let golden = self.new_golden(Config::default(), Tolerance::default())?;
-        artifacts.write_golden(&self.log, &golden).map(Some)
-    }
-
     /// Writes or updates the golden file.
     ///
     /// What is given of the configuration and the tolerances stands over what the old file records, and
@@ -137,9 +130,7 @@ impl Job {
         let blessed = self.blessed(layers, tolerances);
         blessed.unwrap_or_else(|error| {
             self.report(match error {
-                CheckError::Nothing(reason) => {
-                    CheckResult::Nothing(format!("not blessed: {reason}"))
-                }
+                CheckError::Nothing(why) => CheckResult::Nothing(format!("not blessed: {why}")),
                 error => error.into(),
             })
         })
@@ -150,14 +141,12 @@ impl Job {
             true => Some(Golden::read(&self.golden)?.0),
             false => None,
         };
-        let (recorded, before) = match &old {
+        let (recorded, before) = match old
+            .as_ref()
+            .map(|old| (&old.log, &old.config, old.tolerances))
+        {
             None => (Config::default(), Tolerance::default()),
-            Some(Golden {
-                log: Some(_),
-                config: Some(config),
-                tolerances,
-                ..
-            }) => (config.clone(), *tolerances),
+            Some((Some(_), Some(config), tolerances)) => (config.clone(), tolerances),
             Some(_) => return Err(self.of_a_test()),
         };
         let tolerances = tolerances.iter().try_fold(before, Tolerance::with)?;
@@ -165,11 +154,8 @@ impl Job {
         let bytes = new.render()?;
         // A new version that finds the same rewrites nothing.
         let same = |old: &Golden| {
-            let written_by = new.written_by.clone();
-            let old = Golden {
-                written_by,
-                ..old.clone()
-            };
+            let mut old = old.clone();
+            old.written_by = new.written_by.clone();
             old.render().is_ok_and(|old| old == bytes)
         };
         if old.as_ref().is_some_and(same) {
@@ -200,12 +186,8 @@ impl Job {
                 log.file
             )));
         }
-        Ok(Golden::new(
-            Some(LogInfo::of(&log)),
-            Some(config),
-            tolerances,
-            results,
-        ))
+        let info = LogInfo::of(&log);
+        Ok(Golden::new(Some(info), Some(config), tolerances, results))
     }
 
     fn of_a_test(&self) -> CheckError {
@@ -261,13 +243,11 @@ fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String
             sigma * 1e3
         ));
     }
-    let labels = golden.results.labels.iter();
-    let unmeasured: Vec<&str> = labels
-        .flat_map(|labels| {
-            let names = labels.sonars.keys().map(String::as_str);
-            names.filter(|name| !labels.measured.contains_key(*name))
-        })
-        .collect();
+    let unmeasured = golden.results.labels.iter().flat_map(|labels| {
+        let names = labels.sonars.keys().map(String::as_str);
+        names.filter(|name| !labels.measured.contains_key(*name))
+    });
+    let unmeasured: Vec<&str> = unmeasured.collect();
     if !unmeasured.is_empty() {
         notes.push(format!(
             "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
@@ -318,14 +298,6 @@ fn settings(config: &Config) -> Vec<String> {
     settings
 }
 
-/// A replay and all that it brought about: what to mark in a recording is known only at its end.
-#[derive(Debug)]
-struct Replayed<'a> {
-    replay: Replay<'a>,
-    outcome: Outcome,
-    kept: Kept,
-}
-
 /// A directory for artefacts.
 #[derive(Debug)]
 pub struct Artifacts {
@@ -336,14 +308,15 @@ pub struct Artifacts {
 
 impl Artifacts {
     /// Writes the golden file that would make the log pass, and the recording, where this tmam writes
-    /// recordings.
+    /// recordings. What to mark in that is known only at the end of a replay, so all that it brought about
+    /// was kept.
     ///
     /// # Errors
     /// When one of them cannot be written.
     fn write(
         &self,
         log: &Path,
-        replayed: &Replayed<'_>,
+        (replay, outcome, kept): (&Replay<'_>, &Outcome, &Kept),
         golden: &Golden,
         new: &Golden,
         found: &Comparison,
@@ -354,14 +327,11 @@ impl Artifacts {
         };
         let [_, path] = artifacts_of(log, &self.directory);
         let mut out = Output::create(&path)?;
-        let setting = replayed.replay.setting();
+        let setting = replay.setting();
         let over = overlay(golden, &new.results, found, self.around);
         let mut recording = Recording::new(Some(&mut out), None, setting, over)?;
-        replayed
-            .kept
-            .show(&mut recording)
-            .map_err(ReplayError::from)?;
-        let carried = carried(&setting, &replayed.outcome, info)?;
+        kept.show(&mut recording).map_err(ReplayError::from)?;
+        let carried = carried(&setting, outcome, info)?;
         recording.close(Some(&carried))?;
         out.commit()?;
         Ok((written, Some(path)))

@@ -330,27 +330,22 @@ pub struct Echoed {
 
 impl Echoed {
     fn new(arc: &Arc, truth: &Truth) -> Self {
-        let target = truth.target(arc);
-        let world = truth.world();
-        let at = match target {
+        let (target, world) = (truth.target(arc), truth.world());
+        let (index, at) = match target {
             Target::Reflector(Reflector::Line(index)) => {
                 let wall = world.walls().get(index);
-                [
-                    wall.map(|wall| xy(wall.start)),
-                    wall.map(|wall| xy(wall.end)),
-                ]
+                let ends = wall.map(|wall| [wall.start, wall.end].map(|end| Some(xy(end))));
+                (Some(index), ends.unwrap_or_default())
             }
             Target::Reflector(Reflector::Point(index)) => {
-                [world.points().get(index).copied().map(xy), None]
+                let point = world.points().get(index);
+                (Some(index), [point.copied().map(xy), None])
             }
-            Target::Other(_) => [None; 2],
+            Target::Other(_) => (None, [None; 2]),
         };
         Self {
             what: target.name(),
-            index: match target {
-                Target::Reflector(reflector) => Some(reflector.index()),
-                Target::Other(_) => None,
-            },
+            index,
             at,
             target,
         }

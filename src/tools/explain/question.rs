@@ -1,6 +1,6 @@
 //! Which arc is meant.
 
-use crate::core::event::{Sonar, SonarId};
+use crate::core::event::{Sonar, SonarId, name_of};
 use crate::core::geometry::{Vec2, direction, unit};
 use crate::core::observer::Setting;
 use crate::core::pattern::{PatternError, glob_set};
@@ -68,8 +68,7 @@ impl Question {
         let mut answers: Vec<Found> = match self.which {
             Which::Frame(frame) => {
                 let (id, sonar) = one_sonar()?;
-                let mut arc = arcs().filter(|arc| arc.id.frame == frame);
-                let arc = arc.next();
+                let arc = arcs().find(|arc| arc.id.frame == frame);
                 let arc = arc.ok_or_else(|| no_arc(sequences, id, sonar, frame))?;
                 vec![found(arc, None, None)]
             }
@@ -94,28 +93,27 @@ impl Question {
         let best = answers.first();
         let best = *best.ok_or_else(|| QuestionError::NoEcho { sonars: names() })?;
         let reach = arcs().map(|arc| arc.range).fold(0.0, f64::max);
-        match self.which {
-            Which::Place(place) if best.off() > reach => {
-                let id = best.arc.id;
-                let center = best.arc.center();
-                let (low, high) = arcs().fold((center, center), |(low, high), arc| {
-                    (low.inf(&arc.center()), high.sup(&arc.center()))
-                });
-                let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
-                let sonar = sonars.iter().find(|(sonar, _)| *sonar == id.sonar);
-                Err(QuestionError::FarAway {
-                    x: place.x,
-                    y: place.y,
-                    sonar: sonar.map_or_else(String::new, |(_, sonar)| sonar.name.clone()),
-                    frame: id.frame,
-                    distance: best.off(),
-                    reach,
-                    low: typed(low),
-                    high: typed(high),
-                })
-            }
-            _ => Ok(answers),
+        let Which::Place(place) = self.which else {
+            return Ok(answers);
+        };
+        if best.off() <= reach {
+            return Ok(answers);
         }
+        let (id, center) = (best.arc.id, best.arc.center());
+        let (low, high) = arcs().fold((center, center), |(low, high), arc| {
+            (low.inf(&arc.center()), high.sup(&arc.center()))
+        });
+        let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
+        Err(QuestionError::FarAway {
+            x: place.x,
+            y: place.y,
+            sonar: name_of(setting.sonars, id.sonar).to_owned(),
+            frame: id.frame,
+            distance: best.off(),
+            reach,
+            low: typed(low),
+            high: typed(high),
+        })
     }
 }
 

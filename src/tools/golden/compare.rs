@@ -9,7 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
 use super::difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, State, StrayedArc, Unit,
+    Change, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, State, StrayedArc,
+    Unit,
 };
 use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results};
 use super::tolerance::Tolerance;
@@ -64,14 +65,14 @@ fn number(
         Relative => (tolerance * golden.abs(), moved / golden.abs().max(1e-6)),
         _ => (tolerance, moved),
     };
-    (moved.abs() > allowed + ROUNDING).then_some(Change::Number {
+    (moved.abs() > allowed + ROUNDING).then_some(Change::Number(NumberChange {
         what,
         unit,
         golden,
         actual,
         delta,
         tolerance,
-    })
+    }))
 }
 
 fn word(what: &'static str, golden: String, actual: String) -> Change {

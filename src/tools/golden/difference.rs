@@ -89,21 +89,25 @@ pub struct FeatureDifference {
 /// One value that is out of tolerance.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
-    Number {
-        /// The value's name: `rho`, `theta`, `readings`, ...
-        what: &'static str,
-        unit: Unit,
-        golden: f64,
-        actual: f64,
-        /// Now minus then; of angles the short way round.
-        delta: f64,
-        tolerance: f64,
-    },
+    Number(NumberChange),
     Word {
         what: &'static str,
         golden: String,
         actual: String,
     },
+}
+
+/// A number that is out of tolerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NumberChange {
+    /// The value's name: `rho`, `theta`, `readings`, ...
+    pub what: &'static str,
+    pub unit: Unit,
+    pub golden: f64,
+    pub actual: f64,
+    /// Now minus then; of angles the short way round.
+    pub delta: f64,
+    pub tolerance: f64,
 }
 
 /// The unit of a number.
@@ -187,14 +191,9 @@ impl FeatureDifference {
 
     /// Whether it is not where it was: it moved, or is there on one side only.
     pub fn is_elsewhere(&self) -> bool {
-        let moved = |change: &Change| {
-            matches!(
-                change,
-                Change::Number {
-                    unit: Unit::Metres | Unit::Radians,
-                    ..
-                }
-            )
+        let moved = |change: &Change| match change {
+            Change::Number(number) => matches!(number.unit, Unit::Metres | Unit::Radians),
+            Change::Word { .. } => false,
         };
         self.state != State::Changed || self.changes.iter().any(moved)
     }
@@ -218,22 +217,16 @@ impl Serialize for Change {
                 "what": what, "unit": "word", "golden": golden, "actual": actual,
                 "delta": null, "tolerance": null,
             }),
-            Self::Number {
-                what,
-                unit,
-                golden,
-                actual,
-                delta,
-                tolerance,
-            } => {
-                let number = |number: f64| match unit {
+            Self::Number(change) => {
+                let number = |number: f64| match change.unit {
                     Unit::Count => json!(number as i64),
                     _ => json!(number),
                 };
+                let [golden, actual, delta] =
+                    [change.golden, change.actual, change.delta].map(|x| number(rounded(x)));
                 json!({
-                    "what": what, "unit": unit,
-                    "golden": number(rounded(*golden)), "actual": number(rounded(*actual)),
-                    "delta": number(rounded(*delta)), "tolerance": number(*tolerance),
+                    "what": change.what, "unit": change.unit, "golden": golden, "actual": actual,
+                    "delta": delta, "tolerance": number(change.tolerance),
                 })
             }
         };

@@ -6,7 +6,8 @@ use std::path::Path;
 use serde_json::Value as Json;
 
 use super::difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, SECTIONS, State, Unit,
+    Change, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, SECTIONS, State,
+    Unit,
 };
 use super::results::{Feature, Geometry, Mark};
 use crate::core::legible::inert_line;
@@ -170,21 +171,22 @@ fn place(feature: &Feature) -> String {
 
 /// `rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010)`.
 fn change(change: &Change) -> String {
-    let (what, unit, golden, actual, delta, tolerance) = match change {
+    let number = match change {
+        Change::Number(number) => number,
         Change::Word {
             what,
             golden,
             actual,
         } => return format!("{what} {golden} -> {actual}"),
-        Change::Number {
-            what,
-            unit,
-            golden,
-            actual,
-            delta,
-            tolerance,
-        } => (what, unit, *golden, *actual, *delta, *tolerance),
     };
+    let NumberChange {
+        what,
+        unit,
+        golden,
+        actual,
+        delta,
+        tolerance,
+    } = *number;
     match unit {
         Unit::Metres => {
             let tolerance = decimals(tolerance);
@@ -299,14 +301,14 @@ mod tests {
     #[test]
     fn what_is_just_out_of_tolerance_does_not_read_as_within() {
         let number = |what, unit, golden: f64, actual: f64| {
-            change(&Change::Number {
+            change(&Change::Number(NumberChange {
                 what,
                 unit,
                 golden,
                 actual,
                 delta: actual - golden,
                 tolerance: 0.01,
-            })
+            }))
         };
         assert_eq!(
             number("rho", Unit::Metres, 0.0071, -0.00294),

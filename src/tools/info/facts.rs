@@ -11,7 +11,7 @@ use crate::core::rounding::optional;
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::clock::ChannelClock;
 use crate::io::log::survey::Survey;
-use crate::io::log::{ClockSet, LogError, Role};
+use crate::io::log::{ClockSet, LogError, MissingMount, Role};
 
 /// What a log holds.
 #[derive(Debug, Serialize)]
@@ -44,8 +44,13 @@ impl Facts {
         } = survey;
         let channels = self::channels(&channels, &clocks);
         let mut sonars = sonars::sonars(&log.events, &config);
-        for obstacle in obstacles {
-            forget_placeholder(&mut sonars, obstacle);
+        // What a placeholder stands for is not known.
+        let (mounts, beams) = (missing_mounts(obstacles), without_beam(obstacles));
+        for sonar in &mut sonars {
+            let has_mount = mounts.iter().all(|missing| missing.sonar != sonar.name);
+            sonar.mount = sonar.mount.filter(|_| has_mount);
+            let has_beam = !beams.contains(&sonar.name.as_str());
+            sonar.beam_width = sonar.beam_width.filter(|_| has_beam);
         }
         let odometry = odometry::odometry(
             odometry_topic.as_deref(),
@@ -95,20 +100,22 @@ impl Facts {
     }
 }
 
-/// What a placeholder stands for is not known.
-fn forget_placeholder(sonars: &mut [SonarFacts], obstacle: &LogError) {
-    let (name, is_mount) = match obstacle {
-        LogError::NoMount(missing) => (&missing.sonar, true),
-        LogError::NoBeamWidth { sonar, .. } => (sonar, false),
-        _ => return,
-    };
-    for sonar in sonars.iter_mut().filter(|sonar| sonar.name == *name) {
-        if is_mount {
-            sonar.mount = None;
-        } else {
-            sonar.beam_width = None;
-        }
-    }
+/// The mounts that sonars lack.
+pub fn missing_mounts(obstacles: &[LogError]) -> Vec<&MissingMount> {
+    let missing = obstacles.iter().filter_map(|obstacle| match obstacle {
+        LogError::NoMount(missing) => Some(&**missing),
+        _ => None,
+    });
+    missing.collect()
+}
+
+/// The sonars that lack a beam width.
+pub fn without_beam(obstacles: &[LogError]) -> Vec<&str> {
+    let sonars = obstacles.iter().filter_map(|obstacle| match obstacle {
+        LogError::NoBeamWidth { sonar, .. } => Some(sonar.as_str()),
+        _ => None,
+    });
+    sonars.collect()
 }
 
 fn span(readings: &[RangeReading], channels: &[ChannelFacts]) -> (i64, i64) {

@@ -57,7 +57,8 @@ impl Trial {
     ) -> Self {
         let mut trial = Self::none(config);
         loop {
-            match replay(log, &trial.config) {
+            let replay = Replay::new(log, &trial.config);
+            match replay.and_then(|replay| replay.run(&mut [])) {
                 Ok(outcome) => {
                     trial.outcome = Some(outcome);
                     trial.possible = if trial.refused.is_empty() {
@@ -68,12 +69,11 @@ impl Trial {
                     return trial;
                 }
                 Err(refusal) => {
-                    let mended = mend(&refusal, &trial.config, odometry);
+                    let mended = mend(&refusal, &mut trial.config, odometry);
                     trial.refused.push(refusal);
-                    match mended {
-                        // Each mends one parameter for good, so that this ends.
-                        Some(config) if trial.refused.len() < 3 => trial.config = config,
-                        _ => return trial,
+                    // Each mends one parameter for good, so that this ends.
+                    if mended.is_none() || trial.refused.len() >= 3 {
+                        return trial;
                     }
                 }
             }
@@ -81,27 +81,23 @@ impl Trial {
     }
 }
 
-fn replay(log: &Log, config: &Config) -> Result<Outcome, ReplayError> {
-    Replay::new(log, config)?.run(&mut [])
-}
-
+/// Changes the parameter that a replay refused; `None` where no other value would do.
 fn mend(
     refusal: &ReplayError,
-    config: &Config,
+    config: &mut Config,
     odometry: Option<&OdometryFacts>,
-) -> Option<Config> {
-    let mut config = config.clone();
+) -> Option<()> {
     match refusal {
         ReplayError::GammaBeyondBeam { beam_width, .. } => {
             config.triple.gamma = fitting_gamma(*beam_width);
-            Some(config)
         }
         ReplayError::NoFrames { .. } => {
-            config.frames.max_odometry_gap = wider_gap(odometry?, config.frames.max_odometry_gap)?;
-            Some(config)
+            let gap = &mut config.frames.max_odometry_gap;
+            *gap = wider_gap(odometry?, *gap)?;
         }
-        _ => None,
+        _ => return None,
     }
+    Some(())
 }
 
 /// A gate for the narrowest beam: half of it, in whole tenths of a degree where they suffice.
