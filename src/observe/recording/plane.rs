@@ -25,9 +25,11 @@ impl Origin {
     /// start to the metre.
     pub fn of(start: Vec2) -> Self {
         let is_far = start.norm() > FAR && start.amax() < FARTHEST;
-        is_far
-            .then(|| Self(start.map(libm::rint)))
-            .unwrap_or_default()
+        if is_far {
+            Self(start.map(libm::rint))
+        } else {
+            Self::default()
+        }
     }
 
     /// Where it is in the world, unless it is the world's.
