@@ -9,20 +9,22 @@ use crate::core::exit::Exit;
 use crate::core::world::{World, WorldError};
 use crate::io::output::Output;
 use crate::tools::simulate::{
-    Driving, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+    Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, SimulateError, Simulation,
+    Stepwise,
 };
 
 /// Simulate a robot with a sonar ring and write a ROS 2 MCAP log with the truth in it
 ///
 /// The log holds sensor_msgs/Range, nav_msgs/Odometry, /tf and /tf_static as a robot would record
-/// them. What really echoed is on /truth, the world itself on /truth/world, both in JSON. Equal
-/// options give equal bytes.
+/// them. What really echoed is on /truth, the world itself on /truth/world, and where odometry is noisy
+/// the true poses are on /truth/pose, all in JSON. Equal options give equal bytes.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
   tmam simulate -o room.mcap                       the paper's room in 150 steps, without noise
   tmam simulate -o room.mcap --drive --noise 0.003
+  tmam simulate -o rough.mcap --drive --noise 0.003 --diffuse 0.3 --cross-talk 0.05
   tmam simulate -o hall.mcap --world hall.json --waypoints \"0,0 5,0 5,3 0,0\" --sonars 8"
 )]
 pub struct Args {
@@ -30,8 +32,8 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...]}
-    /// [default: the paper's L-shaped room]
+    /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...], "diffuse":
+    /// [wall, ...]} [default: the paper's L-shaped room]
     #[arg(long, value_name = "FILE", value_parser = read_world, requires = "waypoints", help_heading = "World")]
     world: Option<World>,
 
@@ -44,6 +46,15 @@ pub struct Args {
         help_heading = "World"
     )]
     waypoints: Option<Path>,
+
+    /// How often the way-points are driven round, where they end where they begin
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "World")]
+    laps: u16,
+
+    /// Share of the walls that are rough, 0 to 1: beside the foot of the perpendicular they echo from
+    /// their nearest place in the beam
+    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "World")]
+    diffuse: f64,
 
     /// Drive without stopping, one sonar firing at a time, instead of stopping at each step for
     /// all to fire
@@ -115,6 +126,14 @@ pub struct Args {
     #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Noise")]
     outliers: f64,
 
+    /// Probability that a reading is of another sonar's sound, 0 to 1
+    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Noise")]
+    cross_talk: f64,
+
+    /// Probability that a reading is of sound that came by way of two walls, where it can, 0 to 1
+    #[arg(long, value_name = "P", default_value_t = 0.0, help_heading = "Noise")]
+    double_reflections: f64,
+
     /// Standard deviation of the odometry's distance after 1 m, metres; grows with the square root
     #[arg(long, value_name = "M", default_value_t = 0.0, help_heading = "Noise")]
     odometry_noise: f64,
@@ -147,14 +166,16 @@ impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let path = self.output.clone();
         Output::try_out(&path)?;
-        let log = Simulation::from(self).write(Cursor::new(Vec::new()))?;
+        let log = Simulation::try_from(self)?.write(Cursor::new(Vec::new()))?;
         Output::whole(&path, |out| out.write_all(log.get_ref()))?;
         Ok(Exit::Done)
     }
 }
 
-impl From<Args> for Simulation {
-    fn from(args: Args) -> Self {
+impl TryFrom<Args> for Simulation {
+    type Error = SimulateError;
+
+    fn try_from(args: Args) -> Result<Self, SimulateError> {
         let motion = if args.drive {
             Motion::Driving(Driving {
                 speed: args.speed,
@@ -169,9 +190,11 @@ impl From<Args> for Simulation {
                 interval: args.step_interval,
             })
         };
-        Self {
+        let path = args.waypoints.unwrap_or_else(Path::room);
+        Ok(Self {
             world: args.world.unwrap_or_else(World::room),
-            path: args.waypoints.unwrap_or_else(Path::room),
+            diffuse: args.diffuse,
+            path: path.repeated(args.laps)?,
             motion,
             ring: Ring {
                 sonars: args.sonars,
@@ -185,13 +208,17 @@ impl From<Args> for Simulation {
                 no_echo: args.no_echo,
                 outliers: args.outliers,
             },
+            false_echoes: FalseEchoes {
+                cross_talk: args.cross_talk,
+                double_reflections: args.double_reflections,
+            },
             odometry_noise: OdometryNoise {
                 distance: args.odometry_noise,
                 heading: args.heading_noise.to_radians(),
                 turn: args.turn_noise.to_radians(),
             },
             seed: args.seed,
-        }
+        })
     }
 }
 

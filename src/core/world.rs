@@ -1,18 +1,19 @@
 //! The world a sonar looks at: walls and points in the plane, and what echoes from them.
 //!
 //! A file is JSON, metres, in the odometry frame: `{"walls": [[x1, y1, x2, y2], ...],
-//! "points": [[x, y], ...]}`. Walls are seen from both sides.
+//! "points": [[x, y], ...], "diffuse": [wall, ...]}`. Walls are seen from both sides.
 //!
-//! Echo model: a wall is a mirror and echoes only from the foot of the perpendicular, where that
-//! lies on the wall and in the beam; a point diffracts and echoes wherever the beam covers it. The
-//! nearest reflector in line of sight gives the echo.
+//! Echo model: a smooth wall is a mirror and echoes only from the foot of the perpendicular, where
+//! that lies on the wall and in the beam. A diffuse one, which is rough, echoes from its nearest place
+//! in the beam: beside the foot, that is where an edge of the beam meets it. A point diffracts and
+//! echoes wherever the beam covers it. The nearest reflector in line of sight gives the echo.
 //!
 //! Wall ends diffract as well. Point indices count the file's `points` first, in their order, then
 //! the wall ends that the file does not list, wall by wall.
 
 use serde::{Deserialize, Serialize};
 
-use crate::core::geometry::{Pose2, Vec2, angle_between, direction};
+use crate::core::geometry::{Pose2, Vec2, angle_between, direction, unit};
 
 /// Two places nearer than this are the same, metres.
 const SAME_PLACE: f64 = 1e-9;
@@ -63,6 +64,14 @@ pub enum WorldError {
         /// Its length, metres.
         length: f64,
     },
+    /// A diffuse wall that is none of the walls.
+    #[error("wall {index} is called diffuse, but there are {walls} walls, counted from 0")]
+    NoSuchWall {
+        /// Which, from 0.
+        index: usize,
+        /// How many there are.
+        walls: usize,
+    },
     /// Two points in one place could not be told apart.
     #[error("points {first} and {second} are in the same place; remove one")]
     SamePoint {
@@ -80,12 +89,18 @@ pub struct Wall {
     pub start: Vec2,
     /// The other end.
     pub end: Vec2,
+    /// Whether it is rough, so that it echoes at any angle.
+    pub diffuse: bool,
 }
 
 impl Wall {
-    /// The wall between two points, metres in the world.
+    /// The smooth wall between two points, metres in the world.
     pub fn new(start: Vec2, end: Vec2) -> Self {
-        Self { start, end }
+        Self {
+            start,
+            end,
+            diffuse: false,
+        }
     }
 
     /// Where the perpendicular from `point` meets the wall, if it does between its ends; at an end
@@ -97,6 +112,31 @@ impl Wall {
         let inside = t > 0.0 && t < 1.0;
         let at_an_end = same_place(&foot, &self.start) || same_place(&foot, &self.end);
         (inside && !at_an_end).then_some(foot)
+    }
+
+    /// The nearer of the places where the edges of a beam (`half` of its width) meet the wall between its
+    /// ends.
+    fn nearest_on_edges(&self, world_from_sensor: Pose2, half: f64) -> Option<Vec2> {
+        let (sensor, along) = (world_from_sensor.position(), self.end - self.start);
+        let met = |edge: f64| {
+            let ray = unit(world_from_sensor.yaw + edge);
+            let parted = ray.perp(&along);
+            let to_start = self.start - sensor;
+            let (way, share) = (to_start.perp(&along) / parted, to_start.perp(&ray) / parted);
+            // Parallel ones give infinities or NaN.
+            let meets = way > 0.0 && way.is_finite() && share > 0.0 && share < 1.0;
+            meets.then_some((way, sensor + ray * way))
+        };
+        let places = [-half, half].into_iter().filter_map(met);
+        let nearest = places.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        nearest.map(|(_, place)| place)
+    }
+
+    /// A place on the other side, as in a mirror.
+    fn mirrored(&self, place: Vec2) -> Vec2 {
+        let along = (self.end - self.start).normalize();
+        let from_start = place - self.start;
+        self.start + along * (2.0 * from_start.dot(&along)) - from_start
     }
 
     /// Whether the wall stands between `from` and `to`. Touching it is not crossing it, so a
@@ -141,6 +181,10 @@ pub struct Echo {
     pub range: f64,
     /// What it is.
     pub reflector: Reflector,
+    /// Whether it is a diffuse wall beside the foot of the perpendicular.
+    pub oblique: bool,
+    /// Where it echoed, metres in the world.
+    pub place: Vec2,
 }
 
 /// Walls and diffracting points; always valid.
@@ -230,27 +274,90 @@ impl World {
         &self.points
     }
 
+    /// The world with some of its walls diffuse, by their indices.
+    ///
+    /// # Errors
+    /// An index that is no wall's.
+    pub fn with_diffuse(mut self, walls: &[usize]) -> Result<Self, WorldError> {
+        let count = self.walls.len();
+        for index in walls.iter().copied() {
+            let no_such = WorldError::NoSuchWall {
+                index,
+                walls: count,
+            };
+            self.walls.get_mut(index).ok_or(no_such)?.diffuse = true;
+        }
+        Ok(self)
+    }
+
     /// What a sonar hears first nearer than `max_range` (metres) with its full `beam_width`
     /// (radians), its beam along the x axis of `world_from_sensor`.
     pub fn echo(&self, world_from_sensor: Pose2, beam_width: f64, max_range: f64) -> Option<Echo> {
         let sensor = world_from_sensor.position();
-        let feet = self.walls.iter().enumerate().filter_map(|(index, wall)| {
-            let foot = wall.foot_of_perpendicular(sensor)?;
-            Some((foot, Reflector::Line(index)))
+        let in_beam = |place: &Vec2| {
+            let bearing = direction(place - sensor);
+            angle_between(bearing, world_from_sensor.yaw) <= beam_width / 2.0
+        };
+        let walls = self.walls.iter().enumerate().filter_map(|(index, wall)| {
+            let reflector = Reflector::Line(index);
+            if let Some(foot) = wall.foot_of_perpendicular(sensor).filter(in_beam) {
+                return Some((foot, reflector, false));
+            }
+            let edge = || wall.nearest_on_edges(world_from_sensor, beam_width / 2.0);
+            let place = wall.diffuse.then(edge).flatten()?;
+            Some((place, reflector, true))
         });
         let points = self.points.iter().enumerate();
-        let points = points.map(|(index, point)| (*point, Reflector::Point(index)));
+        let points = points.filter(|(_, point)| in_beam(point));
+        let points = points.map(|(index, point)| (*point, Reflector::Point(index), false));
 
         let mut first: Option<Echo> = None;
-        for (target, reflector) in feet.chain(points) {
-            let range = (target - sensor).norm();
+        for (place, reflector, oblique) in walls.chain(points) {
+            let range = (place - sensor).norm();
             let nearest = range < first.map_or(max_range, |echo| echo.range);
-            let in_beam = || {
-                let bearing = direction(target - sensor);
-                angle_between(bearing, world_from_sensor.yaw) <= beam_width / 2.0
-            };
-            if nearest && in_beam() && self.in_sight(sensor, target, reflector) {
-                first = Some(Echo { range, reflector });
+            if nearest && self.in_sight(sensor, place, reflector) {
+                first = Some(Echo {
+                    range,
+                    reflector,
+                    oblique,
+                    place,
+                });
+            }
+        }
+        first
+    }
+
+    /// Half the way of the sound that a sonar hears by way of two walls, metres: to one, as in a mirror,
+    /// from there to the foot of the perpendicular on another one, and back.
+    pub fn double_reflection(
+        &self,
+        world_from_sensor: Pose2,
+        beam_width: f64,
+        max_range: f64,
+    ) -> Option<f64> {
+        let sensor = world_from_sensor.position();
+        let ahead = sensor + unit(world_from_sensor.yaw);
+        let mut first = None;
+        for (index, mirror) in self.walls.iter().enumerate() {
+            let image = mirror.mirrored(sensor);
+            let axis = direction(mirror.mirrored(ahead) - image);
+            for (other, wall) in self.walls.iter().enumerate().filter(|(k, _)| *k != index) {
+                let Some(foot) = wall.foot_of_perpendicular(image) else {
+                    continue;
+                };
+                let range = (foot - image).norm();
+                let in_beam = angle_between(direction(foot - image), axis) <= beam_width / 2.0;
+                if !(in_beam && range < first.unwrap_or(max_range) && mirror.hides(image, foot)) {
+                    continue;
+                }
+                let along = mirror.end - mirror.start;
+                let [near, far] = [image, foot].map(|p| along.perp(&(p - mirror.start)));
+                let turn = image + (foot - image) * (near / (near - far));
+                if self.in_sight(sensor, turn, Reflector::Line(index))
+                    && self.in_sight(turn, foot, Reflector::Line(other))
+                {
+                    first = Some(range);
+                }
             }
         }
         first
@@ -278,6 +385,8 @@ struct WorldFile {
     walls: Vec<[f64; 4]>,
     #[serde(default)]
     points: Vec<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    diffuse: Vec<usize>,
 }
 
 impl TryFrom<WorldFile> for World {
@@ -289,14 +398,16 @@ impl TryFrom<WorldFile> for World {
             .iter()
             .map(|[x1, y1, x2, y2]| Wall::new(Vec2::new(*x1, *y1), Vec2::new(*x2, *y2)));
         let points = file.points.iter().map(|[x, y]| Vec2::new(*x, *y));
-        Self::new(walls.collect(), points.collect())
+        Self::new(walls.collect(), points.collect())?.with_diffuse(&file.diffuse)
     }
 }
 
 impl From<World> for WorldFile {
     fn from(world: World) -> Self {
         let walls = world.walls.iter();
+        let diffuse = walls.clone().enumerate().filter(|(_, wall)| wall.diffuse);
         Self {
+            diffuse: diffuse.map(|(index, _)| index).collect(),
             walls: walls
                 .map(|wall| [wall.start.x, wall.start.y, wall.end.x, wall.end.y])
                 .collect(),

@@ -8,6 +8,7 @@ pub mod extracted;
 pub mod labels;
 pub mod map;
 pub mod matching;
+pub mod path;
 pub mod scorer;
 pub mod suspects;
 pub mod text;

@@ -1,10 +1,12 @@
 //! A robot with a sonar ring in a world of walls and points, written as a ROS 2 log with the truth
 //! in it.
 //!
-//! Same parameters, same bytes, on every platform: random numbers come from ChaCha8 with one
-//! stream for the ranges and one for the odometry, so changing one noise leaves the other alone.
+//! Same parameters, same bytes, on every platform: random numbers come from ChaCha8 with a stream
+//! each for the ranges, the odometry, false echoes and rough walls, so changing one leaves the others
+//! alone.
 
 mod error;
+mod false_echoes;
 mod motion;
 mod noise;
 mod path;
@@ -13,16 +15,20 @@ mod ring;
 
 use std::io::{Seek, Write};
 
-use crate::core::truth::ReadingTruth;
+use crate::core::truth::{PoseTruth, ReadingTruth};
 use crate::core::world::World;
 use crate::io::log::writer::{LogWriter, RangeMessage};
 
 pub use error::SimulateError;
+use error::require;
+pub use false_echoes::FalseEchoes;
+use false_echoes::Listener;
 use motion::Action;
 pub use motion::{Driving, Motion, Stepwise};
 use noise::{DriftingOdometry, NoisySonar};
 pub use noise::{OdometryNoise, RangeNoise};
 pub use path::Path;
+use random::Random;
 pub use ring::Ring;
 
 /// When every simulated log starts: 2015-01-01T00:00:00Z, nanoseconds.
@@ -33,6 +39,8 @@ pub const START_NS: i64 = 1_420_070_400_000_000_000;
 pub struct Simulation {
     /// What there is to hear.
     pub world: World,
+    /// Share of its walls that are made diffuse, besides those that are, 0 to 1.
+    pub diffuse: f64,
     /// Where the robot goes.
     pub path: Path,
     /// How it goes there and when its sonars fire.
@@ -41,6 +49,8 @@ pub struct Simulation {
     pub ring: Ring,
     /// What goes wrong with their ranges.
     pub range_noise: RangeNoise,
+    /// What they hear in place of an echo.
+    pub false_echoes: FalseEchoes,
     /// What goes wrong with the odometry.
     pub odometry_noise: OdometryNoise,
     /// Chooses the noise; equal seeds give equal noise.
@@ -52,15 +62,18 @@ impl Simulation {
     pub fn write<W: Write + Seek>(&self, output: W) -> Result<W, SimulateError> {
         self.ring.validate()?;
         self.range_noise.validate()?;
+        self.false_echoes.validate()?;
         self.odometry_noise.validate()?;
+        let world = self.roughened()?;
         let ticks = self.motion.schedule(&self.path, self.ring.sonars)?;
         let mounts = self.ring.mounts();
 
         let mut log = LogWriter::new(output)?;
         let mounted: Vec<_> = mounts.iter().map(ring::Mount::transform).collect();
         log.static_transforms(START_NS, &mounted)?;
-        log.world(START_NS, &self.world)?;
+        log.world(START_NS, &world)?;
 
+        let mut listener = Listener::new(self.false_echoes, &world, &self.ring, &mounts, self.seed);
         let mut sonar_noise = NoisySonar::new(self.range_noise, self.seed);
         let mut odometry = DriftingOdometry::new(self.odometry_noise, self.seed);
         for tick in ticks {
@@ -69,21 +82,41 @@ impl Simulation {
                 Action::Odometry(twist) => {
                     let odom_from_robot = odometry.sample(tick.world_from_robot);
                     log.odometry(stamp_ns, odom_from_robot, twist)?;
+                    if self.odometry_noise != OdometryNoise::default() {
+                        log.true_pose(&PoseTruth::new(stamp_ns, tick.world_from_robot))?;
+                    }
                 }
                 Action::Fire(sonar) => {
                     let Some(mount) = mounts.get(sonar) else {
                         continue;
                     };
-                    let world_from_sensor = tick.world_from_robot.compose(&mount.robot_from_sensor);
-                    let echo = self.ring.listen(&self.world, world_from_sensor);
-                    let measured = sonar_noise.measure(echo, &self.ring);
+                    let heard = listener.hear(sonar, mount, tick.world_from_robot);
+                    let measured = sonar_noise.measure(heard.range, &self.ring);
                     log.range(&self.message(stamp_ns, &mount.name, measured.range))?;
-                    let truth = ReadingTruth::new(stamp_ns, &mount.name, echo, measured.outlier);
-                    log.truth(&truth)?;
+                    let truth =
+                        ReadingTruth::new(stamp_ns, &mount.name, heard.echo, measured.outlier);
+                    log.truth(&ReadingTruth {
+                        false_echo: heard.false_echo.filter(|_| !measured.outlier),
+                        ..truth
+                    })?;
                 }
             }
         }
         Ok(log.finish()?)
+    }
+
+    /// The world with as many of its walls diffuse as asked for, chosen by the seed.
+    fn roughened(&self) -> Result<World, SimulateError> {
+        let share = self.diffuse;
+        let allowed = (0.0..=1.0).contains(&share);
+        require(allowed, "the share of diffuse walls", share, "0 to 1")?;
+        let mut random = Random::new(self.seed, 3);
+        let walls = 0..self.world.walls().len();
+        let mut drawn: Vec<(f64, usize)> = walls.map(|wall| (random.uniform(), wall)).collect();
+        drawn.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let rough = libm::round(share * drawn.len() as f64) as usize;
+        let rough: Vec<usize> = drawn.iter().take(rough).map(|(_, wall)| *wall).collect();
+        Ok(self.world.clone().with_diffuse(&rough)?)
     }
 
     fn message<'a>(&self, stamp_ns: i64, sonar: &'a str, range: f32) -> RangeMessage<'a> {

@@ -289,3 +289,71 @@ fn walls_in_pieces_and_short_of_their_corners_are_the_same_room() {
     let wrong = &scores["labels"]["wrong_share_known"];
     assert!(wrong.as_f64().unwrap() < 0.01, "{wrong}");
 }
+
+#[test]
+fn a_log_with_noisy_odometry_is_held_against_the_true_path() {
+    let bench = room("--noise 0.003");
+    assert_eq!(evaluation(&bench, "")["path"], Value::Null);
+
+    let bench = room("--noise 0.003 --odometry-noise 0.01 --heading-noise 0.2 --turn-noise 0.5");
+    let path = &evaluation(&bench, "")["path"];
+    assert_eq!(path["poses"], 150);
+    let [first, aligned] = ["from_first", "aligned"].map(|of| path[of]["rms"].as_f64().unwrap());
+    assert!(aligned < first && (0.005..0.2).contains(&first), "{path}");
+    // Whatever is said of the walls, the path is the robot's.
+    bench.put("other.json", r#"{"walls": [[0,-9,9,-9]]}"#);
+    let run = bench.tmam(
+        &bench.path("room.mcap"),
+        "evaluate {} --json --truth other.json --agree 9",
+    );
+    let other: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(other["path"], *path);
+    // And no reader takes the truth for odometry.
+    let info = bench.tmam(&bench.path("room.mcap"), "info {} --json");
+    let info: Value = serde_json::from_str(&info.stdout).unwrap();
+    let channels = info["channels"].as_array().unwrap();
+    let truth = channels.iter().find(|c| c["topic"] == "/truth/pose");
+    assert_eq!(truth.unwrap()["role"], Value::Null, "{channels:?}");
+}
+
+#[test]
+fn rough_walls_and_false_echoes_are_neither_wall_nor_point() {
+    let bench =
+        room("--noise 0.003 --drive --diffuse 1 --cross-talk 0.05 --double-reflections 0.05");
+    let scores = evaluation(&bench, "");
+    let other = &scores["labels"]["other"];
+    for (what, least) in [
+        ("oblique", 500),
+        ("cross-talk", 50),
+        ("double-reflection", 5),
+    ] {
+        assert!(other[what].as_u64().unwrap() >= least, "{what} of {other}");
+    }
+    // The echo model knows rough walls, too, by a world file.
+    let rough = ROOM.replace("]]}", r#"]], "diffuse": [0, 1, 2, 3, 4, 5]}"#);
+    bench.put("rough.json", rough);
+    bench.put("room.mcap", without(&bench.path("room.mcap"), &["/truth"]));
+    let modelled = evaluation(&bench, "--truth rough.json");
+    let oblique = modelled["labels"]["other"]["oblique"].as_u64().unwrap();
+    assert!(oblique >= 500, "{}", modelled["labels"]["other"]);
+}
+
+#[test]
+fn the_office_is_driven_round_as_often_as_asked() {
+    let bench = Bench::new();
+    for (from, to) in [
+        ("office.world.json", "world.json"),
+        ("office.waypoints", "way"),
+    ] {
+        bench.put(to, std::fs::read(crate::support::sample(from)).unwrap());
+    }
+    for (laps, length) in [(1, 78.8), (2, 157.6)] {
+        let run = bench.sh(&format!(
+            "tmam simulate -o o.mcap --world world.json --waypoints \"$(cat way)\" --laps {laps} \
+             --sonars 2 --step 0.4 --turn-noise 0.5 && tmam evaluate o.mcap --json > o.json"
+        ));
+        assert!(run.code == 0 || run.code == 3, "{}", run.stderr);
+        let driven = bench.json("o.json")["path"]["length"].as_f64().unwrap();
+        assert!((length - 5.0..length).contains(&driven), "{driven}");
+    }
+}

@@ -201,3 +201,74 @@ fn a_world_that_is_too_large_is_refused() {
     let refused = World::new(Vec::new(), points(5_001)).unwrap_err();
     assert!(matches!(refused, WorldError::TooLarge { things: 5_001 }));
 }
+
+#[test]
+fn a_rough_wall_echoes_from_its_nearest_place_in_the_beam() {
+    // Along y = 2, seen under 45 degrees: the foot lies outside the beam.
+    let smooth = World::new(vec![wall(-9.0, 2.0, 9.0, 2.0)], vec![]).unwrap();
+    let rough = smooth.clone().with_diffuse(&[0]).unwrap();
+    let oblique = Pose2::new(0.0, 0.0, PI / 4.0);
+    assert_eq!(smooth.echo(oblique, BEAM, 10.0), None);
+    let echo = rough.echo(oblique, BEAM, 10.0).unwrap();
+    assert!(echo.oblique && echo.reflector == Reflector::Line(0));
+    let edge = PI / 4.0 + BEAM / 2.0;
+    assert!(
+        (echo.range - 2.0 / libm::sin(edge)).abs() < 1e-12,
+        "{echo:?}"
+    );
+    assert!((echo.place - Vec2::new(2.0 / libm::tan(edge), 2.0)).norm() < 1e-12);
+    // With the foot in the beam both are the same.
+    let facing = Pose2::new(0.0, 0.0, FRAC_PI_2 + 0.1);
+    assert_eq!(
+        rough.echo(facing, BEAM, 10.0),
+        smooth.echo(facing, BEAM, 10.0)
+    );
+    // Away from the wall there is nothing.
+    let away = Pose2::new(0.0, 0.0, -PI / 4.0);
+    assert_eq!(rough.echo(away, BEAM, 10.0), None);
+}
+
+#[test]
+fn a_world_file_says_which_walls_are_rough() {
+    let text = r#"{"walls":[[0.0,0.0,1.0,0.0],[1.0,0.0,1.0,1.0]],"points":[],"diffuse":[1]}"#;
+    let world = World::from_json(text).unwrap();
+    let rough: Vec<bool> = world.walls().iter().map(|wall| wall.diffuse).collect();
+    assert_eq!(rough, [false, true]);
+    let again = serde_json::to_string(&world).unwrap();
+    assert_eq!(World::from_json(&again).unwrap(), world);
+    let none = World::from_json(&text.replace("[1]}", "[2]}")).unwrap_err();
+    assert!(
+        none.to_string().contains("wall 2 is called diffuse"),
+        "{none}"
+    );
+}
+
+#[test]
+fn sound_comes_back_by_way_of_two_walls() {
+    // Off the wall x = 4 to the foot on the wall y = 3, as if that stood behind a mirror.
+    let walls = vec![wall(4.0, -5.0, 4.0, 5.0), wall(-5.0, 3.0, 4.0, 3.0)];
+    let world = World::new(walls, vec![]).unwrap();
+    let up = Pose2::new(1.0, 0.0, FRAC_PI_2);
+    assert_eq!(
+        world.double_reflection(up, BEAM, 10.0),
+        None,
+        "straight up is the foot itself"
+    );
+    // A wall that leans by 30 degrees turns sound that comes along x to the one at 60 degrees.
+    let leaning = wall(2.0, -2.0, 4.0, 2.0);
+    let along = (leaning.end - leaning.start).normalize();
+    let mirrored = Vec2::new(2.0 * along.x * along.x - 1.0, 2.0 * along.x * along.y);
+    let turn = Vec2::new(3.0, 0.0);
+    let middle = turn + mirrored * 1.5;
+    let across = Vec2::new(-mirrored.y, mirrored.x);
+    let (a, b) = (middle - across, middle + across);
+    let world = World::new(vec![leaning, wall(a.x, a.y, b.x, b.y)], vec![]).unwrap();
+    let ahead = Pose2::new(0.0, 0.0, 0.0);
+    let way = world.double_reflection(ahead, BEAM, 10.0).unwrap();
+    assert!((way - 4.5).abs() < 1e-12, "{way}");
+    assert_eq!(
+        world.double_reflection(ahead, BEAM, 4.0),
+        None,
+        "beyond its range"
+    );
+}

@@ -116,7 +116,7 @@ impl Gathered {
         let mut log = found
             .map_err(|stopped| stopped.into_error(&self.losses))?
             .log;
-        log.losses.extend(self.truth.loss());
+        log.losses.extend(self.truth.losses());
         Ok(log)
     }
 
@@ -131,7 +131,7 @@ impl Gathered {
         let mut log = found
             .map_err(|stopped| stopped.into_error(&self.losses))?
             .log;
-        log.losses.extend(self.truth.loss());
+        log.losses.extend(self.truth.losses());
         Ok((log, self.truth))
     }
 

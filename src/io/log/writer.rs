@@ -13,7 +13,7 @@ use re_cdr::{CdrWriter, LittleEndian};
 use serde::Serialize;
 
 use crate::core::geometry::Pose2;
-use crate::core::truth::ReadingTruth;
+use crate::core::truth::{PoseTruth, ReadingTruth};
 use crate::core::world::World;
 
 /// The odometry frame: poses are the robot's in it.
@@ -24,6 +24,10 @@ pub const ROBOT_FRAME: &str = "base_link";
 pub const TRUTH_TOPIC: &str = "/truth";
 /// Topic of the world that the sonars looked at, a [`World`] in JSON.
 pub const WORLD_TOPIC: &str = "/truth/world";
+
+/// Topic of the truth about each odometry sample, a [`PoseTruth`] in JSON: no message that a reader could
+/// take for odometry.
+pub const POSE_TOPIC: &str = "/truth/pose";
 
 /// `sensor_msgs/msg/Range`: `ULTRASOUND`.
 const ULTRASOUND: u8 = 0;
@@ -117,6 +121,7 @@ impl Format {
         "tmam.ReadingTruth",
         include_str!("schemas/ReadingTruth.json"),
     );
+    const POSE: Self = Self::json("tmam.PoseTruth", include_str!("schemas/PoseTruth.json"));
     const WORLD: Self = Self::json("tmam.World", include_str!("schemas/World.json"));
 
     const fn ros2(schema: &'static str, text: &'static str) -> Self {
@@ -212,6 +217,11 @@ impl<W: Write + Seek> LogWriter<W> {
     /// What really echoed, on [`TRUTH_TOPIC`].
     pub fn truth(&mut self, truth: &ReadingTruth) -> Result<(), WriteError> {
         self.json(TRUTH_TOPIC, &Format::TRUTH, truth.stamp_ns, truth)
+    }
+
+    /// Where the robot really was, on [`POSE_TOPIC`].
+    pub fn true_pose(&mut self, truth: &PoseTruth) -> Result<(), WriteError> {
+        self.json(POSE_TOPIC, &Format::POSE, truth.stamp_ns, truth)
     }
 
     /// The world that the truth counts in, on [`WORLD_TOPIC`].

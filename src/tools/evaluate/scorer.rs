@@ -7,9 +7,11 @@ use serde::Serialize;
 use super::extracted::{Extracted, ExtractedScore};
 use super::labels::{LabelScore, ScoredArc};
 use super::map::{MapScore, is_confirmed};
+use super::path::PathScore;
 use super::suspects::SuspectScore;
 use super::truth::{Target, Truth};
 use crate::core::event::SonarId;
+use crate::core::geometry::Pose2;
 use crate::core::replay::Outcome;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::feature::{Action, Kind};
@@ -28,6 +30,9 @@ pub struct Evaluation {
     pub map: MapScore,
     /// The confirmed features of its map.
     pub confirmed: MapScore,
+    /// The path that it used, where the true one is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<PathScore>,
     /// Every arc, by frame and sonar.
     #[serde(skip)]
     pub arcs: Vec<ScoredArc>,
@@ -41,8 +46,8 @@ pub struct Extractions {
 }
 
 impl Evaluation {
-    /// The scores of a replay.
-    pub fn new(truth: &Truth, outcome: &Outcome) -> Self {
+    /// The scores of a replay that used a path.
+    pub fn new(truth: &Truth, path: &[(i64, Pose2)], outcome: &Outcome) -> Self {
         let mut targets = BTreeMap::new();
         let mut sequences: BTreeMap<SonarId, Vec<ArcId>> = BTreeMap::new();
         for ArcReport { arc, .. } in &outcome.reports {
@@ -73,6 +78,7 @@ impl Evaluation {
             },
             map: MapScore::new(outcome.map.iter(), truth),
             confirmed: MapScore::new(outcome.map.iter().filter(|f| is_confirmed(f)), truth),
+            path: PathScore::new(path, truth.poses()),
             arcs,
         }
     }

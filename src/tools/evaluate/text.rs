@@ -6,6 +6,7 @@ use super::extracted::ExtractedScore;
 use super::labels::{ByTarget, Class, LabelScore};
 use super::map::{KindScore, MapScore};
 use super::matching::{Errors, Spread};
+use super::path::{PathError, PathScore};
 use super::scorer::Evaluation;
 use super::suspects::{Gate, SuspectScore};
 use super::truth::{AGREEING_SIGMAS, Origin, Truth};
@@ -24,6 +25,9 @@ pub fn text(setting: &Setting<'_>, truth: &Truth, evaluation: &Evaluation) -> St
         &labels(&evaluation.labels),
     );
     section(&mut text, "SUSPECTS", &suspects(&evaluation.suspects));
+    if let Some(path) = &evaluation.path {
+        section(&mut text, "PATH", &self::path(path));
+    }
     section(&mut text, "MAP", &map(&evaluation.map));
     if evaluation.confirmed != evaluation.map {
         section(
@@ -123,6 +127,32 @@ fn suspects(score: &SuspectScore) -> String {
         ],
         &rows,
     )
+}
+
+fn path(score: &PathScore) -> String {
+    type Row = (&'static str, PathError);
+    let mut text = listed::<Row>(
+        1,
+        &[
+            ("laid on the true path by", &|(name, _)| (*name).to_owned()),
+            ("rms mm", &|(_, e)| optional(Some(e.rms * 1e3), 1)),
+            ("largest mm", &|(_, e)| optional(Some(e.max * 1e3), 1)),
+            ("heading rms deg", &|(_, e)| {
+                optional(Some(e.heading.to_degrees()), 2)
+            }),
+        ],
+        &[
+            ("its first pose", score.from_first),
+            ("all of it (ATE)", score.aligned),
+        ],
+    );
+    let _ = writeln!(
+        text,
+        "  {} over {:.1} m",
+        counted(score.poses, "pose"),
+        score.length
+    );
+    text
 }
 
 fn map(score: &MapScore) -> String {

@@ -7,12 +7,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::matching::{Comparison, LINE_OFFSET, POINT_DISTANCE, compare};
-use crate::core::event::{RangeReading, Return, SonarId};
+use crate::core::event::{OdometrySample, RangeReading, Return, SonarId};
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::odometry::Track;
 use crate::core::replay::Replay;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Kind, Shape};
+use crate::core::truth::{FalseEcho, ReflectorKind};
 use crate::core::world::{Reflector, World};
 use crate::io::log::truth::RecordedTruth;
 
@@ -52,6 +53,12 @@ impl Target {
 pub enum Other {
     /// The log says that its range was replaced by a random one.
     Outlier,
+    /// It says that the sonar heard another one.
+    CrossTalk,
+    /// It says that the sound came by way of two walls.
+    DoubleReflection,
+    /// A rough wall, from a place beside the foot of the perpendicular.
+    Oblique,
     /// The world has nothing there.
     Nothing,
     /// What the world has there is nearer or farther than the range, beyond the noise.
@@ -60,12 +67,23 @@ pub enum Other {
 
 impl Other {
     /// Every reason.
-    pub const ALL: [Self; 3] = [Self::Outlier, Self::Nothing, Self::Disagrees];
+    pub const ALL: [Self; 6] = [
+        Self::Outlier,
+        Self::CrossTalk,
+        Self::DoubleReflection,
+        Self::Oblique,
+        Self::Nothing,
+        Self::Disagrees,
+    ];
 
-    /// The word in files: `outlier`, `nothing` or `disagrees`.
+    /// The word in files: `outlier`, `cross-talk`, `double-reflection`, `oblique`, `nothing` or
+    /// `disagrees`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Outlier => "outlier",
+            Self::CrossTalk => "cross-talk",
+            Self::DoubleReflection => "double-reflection",
+            Self::Oblique => "oblique",
             Self::Nothing => "nothing",
             Self::Disagrees => "disagrees",
         }
@@ -136,6 +154,8 @@ pub struct Truth {
     agreeing_range: f64,
     /// How often each wall and point echoed.
     seen: BTreeMap<Reflector, u64>,
+    /// Where the robot was, by stamp; empty where nothing says so.
+    poses: Vec<OdometrySample>,
 }
 
 impl Truth {
@@ -178,7 +198,9 @@ impl Truth {
             agreeing_range,
             seen: BTreeMap::new(),
             world,
+            poses: recorded.poses().iter().map(|pose| (*pose).into()).collect(),
         };
+        truth.poses.sort_by_key(|pose| pose.stamp_ns);
         if is_own {
             truth.take_recorded(replay, recorded)?;
         }
@@ -206,6 +228,11 @@ impl Truth {
     /// The world.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// Where the robot was, by stamp; empty where nothing says so.
+    pub fn poses(&self) -> &[OdometrySample] {
+        &self.poses
     }
 
     /// Where the truth came from.
@@ -292,6 +319,9 @@ impl Truth {
             .echo(world_from_sensor, beam_width, f64::INFINITY)
         {
             None => Target::Other(Other::Nothing),
+            Some(echo) if (echo.range - range).abs() <= agreeing && echo.oblique => {
+                Target::Other(Other::Oblique)
+            }
             Some(echo) if (echo.range - range).abs() <= agreeing => {
                 Target::Reflector(echo.reflector)
             }
@@ -309,16 +339,25 @@ impl Truth {
         let ids: BTreeMap<&str, SonarId> = sonars
             .map(|(sonar, id)| (sonar.name.as_str(), SonarId(id)))
             .collect();
-        for truth in &recorded.readings {
+        for truth in recorded.readings() {
             let Some(sonar) = ids.get(truth.sonar.as_str()) else {
                 continue;
             };
             let target = match truth.reflector() {
                 _ if truth.outlier => Target::Other(Other::Outlier),
+                _ if truth.false_echo == Some(FalseEcho::CrossTalk) => {
+                    Target::Other(Other::CrossTalk)
+                }
+                _ if truth.false_echo == Some(FalseEcho::DoubleReflection) => {
+                    Target::Other(Other::DoubleReflection)
+                }
                 None => Target::Other(Other::Nothing),
                 Some(reflector) => {
                     self.check(reflector, &log.file)?;
-                    Target::Reflector(reflector)
+                    match truth.kind {
+                        Some(ReflectorKind::Oblique) => Target::Other(Other::Oblique),
+                        _ => Target::Reflector(reflector),
+                    }
                 }
             };
             self.recorded.insert((truth.stamp_ns, *sonar), target);

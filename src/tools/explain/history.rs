@@ -318,7 +318,7 @@ pub struct TruthStory {
 /// What echoed at an arc.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Echoed {
-    /// `line` or `point`; `outlier`, `nothing` or `disagrees` where it was neither.
+    /// `line` or `point`; else why it was neither.
     pub what: &'static str,
     /// Which wall or point of the world, from 0.
     pub index: Option<usize>,
@@ -361,6 +361,15 @@ impl Echoed {
             }
             (Target::Other(Other::Outlier), _) => {
                 "nowhere: its range was replaced by a random one".to_owned()
+            }
+            (Target::Other(Other::CrossTalk), _) => {
+                "another sonar: it heard that one's sound".to_owned()
+            }
+            (Target::Other(Other::DoubleReflection), _) => {
+                "two walls, one after the other".to_owned()
+            }
+            (Target::Other(Other::Oblique), _) => {
+                "a rough wall, beside the foot of the perpendicular".to_owned()
             }
             (Target::Other(Other::Nothing), _) => {
                 "something that the world does not have".to_owned()

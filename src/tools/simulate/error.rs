@@ -1,5 +1,6 @@
 //! What a simulation refuses.
 
+use crate::core::world::WorldError;
 use crate::io::log::writer::WriteError;
 
 /// Why a simulation cannot be run.
@@ -56,6 +57,9 @@ pub enum SimulateError {
         /// How many it may.
         limit: usize,
     },
+    /// Walls that cannot be made diffuse.
+    #[error(transparent)]
+    World(#[from] WorldError),
     /// The log could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),

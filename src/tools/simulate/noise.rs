@@ -1,7 +1,6 @@
 //! What goes wrong: noisy, missing and spurious echoes, and odometry that drifts.
 
 use crate::core::geometry::Pose2;
-use crate::core::world::Echo;
 
 use super::error::{SimulateError, deviation, require};
 use super::random::Random;
@@ -61,8 +60,8 @@ impl NoisySonar {
         }
     }
 
-    /// The reading that `echo` gives a sonar of `ring`.
-    pub fn measure(&mut self, echo: Option<Echo>, ring: &Ring) -> Measured {
+    /// The reading that an echo from `range` metres gives a sonar of `ring`.
+    pub fn measure(&mut self, range: Option<f64>, ring: &Ring) -> Measured {
         let Ring {
             min_range,
             max_range,
@@ -77,8 +76,9 @@ impl NoisySonar {
         let range = if outlier {
             anywhere
         } else {
-            echo.filter(|_| !lost)
-                .map_or(f64::INFINITY, |echo| echo.range + deviation)
+            range
+                .filter(|_| !lost)
+                .map_or(f64::INFINITY, |range| range + deviation)
         } as f32;
         Measured {
             range: if range >= max_range as f32 {

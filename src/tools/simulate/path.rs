@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use crate::core::geometry::{Pose2, Vec2, direction};
 
-use super::error::SimulateError;
+use super::error::{SimulateError, require};
 
 /// Way-points nearer than this have no direction between them, metres.
 const MIN_SEGMENT: f64 = 1e-6;
@@ -69,6 +69,20 @@ impl Path {
         Self {
             segments: segments(&waypoints).collect(),
         }
+    }
+
+    /// The path `laps` times over, if it ends where it begins.
+    pub fn repeated(self, laps: u16) -> Result<Self, SimulateError> {
+        require(
+            laps == 1 || laps > 1 && self.is_closed(),
+            "the number of laps",
+            f64::from(laps),
+            "1, or more on way-points that end where they begin",
+        )?;
+        let laps = std::iter::repeat_n(self.segments, usize::from(laps));
+        Ok(Self {
+            segments: laps.flatten().collect(),
+        })
     }
 
     /// Metres from the first way-point to the last.
@@ -154,6 +168,16 @@ mod tests {
         assert_eq!(room.at(18.0), room.at(0.0));
         assert_eq!(room.at(38.0), room.at(2.0));
         assert_eq!(room.at(2.0), Pose2::new(3.0, 1.0, FRAC_PI_2));
+    }
+
+    #[test]
+    fn a_path_is_driven_more_than_once_if_it_is_closed() {
+        let twice = Path::room().repeated(2).unwrap();
+        assert_eq!((twice.length(), twice.segments().len()), (36.0, 12));
+        assert_eq!(Path::room().repeated(1).unwrap(), Path::room());
+        let open = path(&[(0.0, 0.0), (1.0, 0.0)]).unwrap();
+        assert!(open.clone().repeated(2).is_err() && open.repeated(1).is_ok());
+        assert!(Path::room().repeated(0).is_err());
     }
 
     #[test]

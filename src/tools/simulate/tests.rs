@@ -2,15 +2,18 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use super::*;
+use crate::core::truth::{FalseEcho, ReflectorKind};
 use crate::io::log::container::{self, Channel, RawMessage, Unchecked};
 
 fn room(motion: Motion) -> Simulation {
     Simulation {
         world: World::room(),
+        diffuse: 0.0,
         path: Path::room(),
         motion,
         ring: Ring::default(),
         range_noise: RangeNoise::default(),
+        false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
         seed: 1,
     }
@@ -121,4 +124,81 @@ fn odometry_noise_leaves_the_readings_alone() {
     let perfect = ranges(&bytes(&simulation));
     simulation.odometry_noise.heading = 0.01;
     assert_eq!(perfect, ranges(&bytes(&simulation)));
+}
+
+#[test]
+fn noisy_odometry_comes_with_the_true_poses_and_exact_odometry_without() {
+    let mut simulation = room(Motion::Driving(Driving::default()));
+    assert!(messages(&bytes(&simulation), "/truth/pose").is_empty());
+    simulation.odometry_noise.turn = 0.01;
+    let log = bytes(&simulation);
+    let poses: Vec<PoseTruth> = messages(&log, "/truth/pose")
+        .iter()
+        .map(|data| serde_json::from_slice(data).unwrap())
+        .collect();
+    assert_eq!(poses.len(), messages(&log, "/odom").len());
+    let last = poses.last().unwrap();
+    assert!(
+        (last.x - 1.0).abs() < 1e-9 && (last.y - 1.0).abs() < 1e-9,
+        "{last:?}"
+    );
+}
+
+#[test]
+fn false_echoes_come_as_often_as_asked_and_are_told() {
+    let mut simulation = room(Motion::Driving(Driving::default()));
+    simulation.false_echoes = FalseEchoes {
+        cross_talk: 0.2,
+        double_reflections: 0.5,
+    };
+    let log = bytes(&simulation);
+    let (truths, ranges) = (truths(&log), ranges(&log));
+    let heard = |what| truths.iter().filter(|t| t.false_echo == Some(what)).count() as f64;
+    let share = heard(FalseEcho::CrossTalk) / truths.len() as f64;
+    assert!((0.05..0.2).contains(&share), "{share}");
+    assert!(heard(FalseEcho::DoubleReflection) > 20.0);
+    for (truth, range) in truths.iter().zip(&ranges) {
+        let own = truth.range.map_or(f32::INFINITY, |range| range as f32);
+        assert!(
+            truth.false_echo.is_some() || *range == own,
+            "{truth:?} {range}"
+        );
+    }
+    // What sonars hear falsely leaves the noise of the others as it is.
+    simulation.range_noise.sigma = 0.003;
+    let noisy = self::ranges(&bytes(&simulation));
+    simulation.false_echoes = FalseEchoes::default();
+    let plain = self::ranges(&bytes(&simulation));
+    let same = |truth: &ReadingTruth| truth.false_echo.is_none();
+    let mut kept = truths
+        .iter()
+        .zip(noisy.iter().zip(&plain))
+        .filter(|(t, _)| same(t));
+    assert!(kept.all(|(_, (a, b))| a == b));
+}
+
+#[test]
+fn as_many_walls_are_rough_as_asked_for() {
+    let mut simulation = room(Motion::Driving(Driving::default()));
+    let rough = |simulation: &Simulation| {
+        let log = bytes(simulation);
+        let world: World = serde_json::from_slice(&messages(&log, "/truth/world")[0]).unwrap();
+        let walls = world.walls().iter().filter(|wall| wall.diffuse).count();
+        let oblique = truths(&log);
+        let oblique = oblique
+            .iter()
+            .filter(|t| t.kind == Some(ReflectorKind::Oblique));
+        (walls, oblique.count())
+    };
+    assert_eq!(rough(&simulation), (0, 0));
+    simulation.diffuse = 0.3;
+    let (walls, some) = rough(&simulation);
+    simulation.diffuse = 1.0;
+    let (all, most) = rough(&simulation);
+    assert!(
+        walls == 2 && all == 6 && some > 100 && most as f64 > 1.5 * some as f64,
+        "{some} {most}"
+    );
+    simulation.diffuse = 1.1;
+    assert!(simulation.write(Cursor::new(Vec::new())).is_err());
 }

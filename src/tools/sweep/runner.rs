@@ -17,7 +17,7 @@ use crate::core::world::World;
 use crate::io::config::file::{ConfigError, to_table};
 use crate::io::log::truth::RecordedTruth;
 use crate::io::log::{Gathered, LogError};
-use crate::tools::evaluate::{Evaluation, Truth, TruthError};
+use crate::tools::evaluate::{Evaluation, Truth, TruthError, path};
 
 /// What is asked of a sweep.
 #[derive(Debug)]
@@ -244,7 +244,10 @@ impl<'a> Runner<'a> {
         let replay = Replay::new(log, config)?;
         let truth = self.truth(&replay, recorded)?;
         let outcome = replay.run(&mut [])?;
-        let truth = truth.map(|truth| TruthScore::new(&Evaluation::new(&truth, &outcome)));
+        let truth = truth.map(|truth| {
+            let evaluation = Evaluation::new(&truth, &path::used(&replay), &outcome);
+            TruthScore::new(&evaluation)
+        });
         Ok(Score::new(&outcome, truth))
     }
 

@@ -4,15 +4,14 @@ use std::io::Cursor;
 use std::ops::RangeInclusive;
 
 use tmam_replay::core::config::Config;
-use tmam_replay::core::geometry::Vec2;
 use tmam_replay::core::replay::Replay;
 use tmam_replay::core::world::World;
 use tmam_replay::io::config::file::parse;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
-use tmam_replay::tools::evaluate::{Evaluation, Truth};
+use tmam_replay::tools::evaluate::{Evaluation, Truth, path};
 use tmam_replay::tools::simulate::{
-    Driving, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+    Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
 };
 
 /// How the robot goes through the room.
@@ -31,17 +30,6 @@ pub enum Drive {
     /// after turning by a radian.
     MuchDrift,
 }
-
-/// A loop through the room, as `Path::room` has it.
-const LOOP: [(f64, f64); 7] = [
-    (1.0, 1.0),
-    (3.0, 1.0),
-    (3.0, 3.0),
-    (7.0, 3.0),
-    (7.0, 4.0),
-    (1.0, 4.0),
-    (1.0, 1.0),
-];
 
 /// One drive at one noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,8 +56,9 @@ impl Case {
     fn log(&self, seed: u64) -> Vec<u8> {
         let simulation = Simulation {
             world: World::room(),
+            diffuse: 0.0,
             path: match self.drive {
-                Drive::TenLaps => ten_times_round(),
+                Drive::TenLaps => Path::room().repeated(10).unwrap(),
                 _ => Path::room(),
             },
             motion: match self.drive {
@@ -81,6 +70,7 @@ impl Case {
                 sigma: self.sigma,
                 ..RangeNoise::default()
             },
+            false_echoes: FalseEchoes::default(),
             odometry_noise: match self.drive {
                 Drive::LittleDrift => drift(0.002, 0.05, 0.1),
                 Drive::MuchDrift => drift(0.01, 0.2, 0.5),
@@ -102,15 +92,6 @@ fn drift(distance: f64, heading: f64, turn: f64) -> OdometryNoise {
         heading: heading.to_radians(),
         turn: turn.to_radians(),
     }
-}
-
-fn ten_times_round() -> Path {
-    let point = |(x, y): &(f64, f64)| Vec2::new(*x, *y);
-    let mut waypoints = vec![point(&LOOP[0])];
-    for _ in 0..10 {
-        waypoints.extend(LOOP[1..].iter().map(point));
-    }
-    Path::new(&waypoints).unwrap()
 }
 
 /// The switches of the noise-aware rule.
@@ -174,7 +155,7 @@ pub fn run(case: Case, seeds: RangeInclusive<u64>, rules: &Rules) -> Vec<Vec<Eva
             let replay = Replay::new(&log, config).unwrap();
             let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
             let outcome = replay.run(&mut []).unwrap();
-            scores.push(Evaluation::new(&truth, &outcome));
+            scores.push(Evaluation::new(&truth, &path::used(&replay), &outcome));
         }
     }
     scores

@@ -13,11 +13,14 @@ use crate::observe::recording::Recording;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth};
-use crate::tools::simulate::{Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise};
+use crate::tools::simulate::{
+    FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+};
 
 fn room() -> Vec<u8> {
     let simulation = Simulation {
         world: World::room(),
+        diffuse: 0.0,
         path: Path::room(),
         motion: Motion::Stepwise(Stepwise {
             steps: Some(40),
@@ -28,6 +31,7 @@ fn room() -> Vec<u8> {
             sigma: 0.003,
             ..RangeNoise::default()
         },
+        false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
         seed: 4,
     };
@@ -58,7 +62,7 @@ fn every_wrong_label_is_marked_in_its_frame_and_every_feature_too_many_at_the_en
     let replay = Replay::new(&log, &config).unwrap();
     let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
     let outcome = replay.run(&mut []).unwrap();
-    let evaluation = Evaluation::new(&truth, &outcome);
+    let evaluation = Evaluation::new(&truth, &[], &outcome);
     let record = || {
         let setting = replay.setting();
         let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);

@@ -82,7 +82,10 @@ fn gone_on(wall: &Wall, piece: &Wall, pieces: &[Wall]) -> Option<Wall> {
     let along = (to - from).normalize();
     let lies_on = |place: Vec2| along.perp(&(place - from)).abs() <= STRAIGHT;
     let straight = ends(pieces).chain([piece.start, piece.end]).all(lies_on);
-    straight.then(|| Wall::new(from, to))
+    straight.then(|| Wall {
+        diffuse: wall.diffuse,
+        ..Wall::new(from, to)
+    })
 }
 
 /// Walls whose ends are the corners that they make with others.
@@ -97,7 +100,11 @@ fn up_to_corners(walls: &[Wall]) -> Vec<Wall> {
             };
             let start = corner_at(wall.end, wall.start, others());
             let end = corner_at(wall.start, wall.end, others());
-            let moved = Wall::new(start.unwrap_or(wall.start), end.unwrap_or(wall.end));
+            let moved = Wall {
+                start: start.unwrap_or(wall.start),
+                end: end.unwrap_or(wall.end),
+                ..*wall
+            };
             // A short wall across another one must not lose itself in it.
             let (before, after) = (wall.end - wall.start, moved.end - moved.start);
             if after.dot(&before) > before.norm_squared() / 2.0 {

@@ -212,8 +212,8 @@ fn a_message_that_cannot_be_read_is_a_loss() {
         (READING_SCHEMA, "[]"),
         ("other.Schema", "nonsense"),
     ]);
-    assert_eq!(recorded.readings.len(), 1);
-    let loss = recorded.loss().unwrap();
+    assert_eq!(recorded.readings().len(), 1);
+    let loss = recorded.losses().next().unwrap();
     assert!(
         loss.starts_with("2 of 3 messages about the truth"),
         "{loss}"

@@ -1,23 +1,15 @@
 use super::*;
-use crate::core::world::Reflector;
 use crate::tools::simulate::random::tests::mean_and_deviation;
-
-fn echo(range: f64) -> Option<Echo> {
-    Some(Echo {
-        range,
-        reflector: Reflector::Line(0),
-    })
-}
 
 #[test]
 fn without_noise_an_echo_is_itself() {
     let mut sonar = NoisySonar::new(RangeNoise::default(), 1);
     let mut range = |echo| sonar.measure(echo, &Ring::default()).range;
-    assert_eq!(range(echo(2.5)), 2.5);
+    assert_eq!(range(Some(2.5)), 2.5);
     assert_eq!(range(None), f32::INFINITY);
-    assert_eq!(range(echo(0.1)), f32::NEG_INFINITY);
+    assert_eq!(range(Some(0.1)), f32::NEG_INFINITY);
     // Rounded to 32 bits this is the maximum range, so no echo.
-    assert_eq!(range(echo(9.999_999_99)), f32::INFINITY);
+    assert_eq!(range(Some(9.999_999_99)), f32::INFINITY);
 }
 
 #[test]
@@ -29,7 +21,7 @@ fn readings_go_missing_and_astray_as_often_as_asked() {
     };
     let mut sonar = NoisySonar::new(noise, 3);
     let readings: Vec<_> = (0..10_000)
-        .map(|_| sonar.measure(echo(3.0), &Ring::default()))
+        .map(|_| sonar.measure(Some(3.0), &Ring::default()))
         .collect();
     let share = |predicate: fn(&Measured) -> bool| {
         readings.iter().filter(|m| predicate(m)).count() as f64 / 10_000.0
