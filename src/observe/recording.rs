@@ -15,12 +15,10 @@ mod evidence;
 mod grid;
 mod hold;
 mod live;
-mod log;
 mod map;
 mod overlay;
 mod plane;
 mod plots;
-mod reports;
 mod robot;
 mod style;
 #[cfg(test)]
@@ -32,6 +30,8 @@ use std::io::Write;
 use rerun::components::TextLogLevel;
 use rerun::{RecordingInfo, Scalars, Scale3D, Transform3D};
 
+use self::about::opening;
+use self::arcs::Reports;
 use self::blueprint::Layout;
 use self::canvas::{Canvas, Moment};
 pub use self::carried::read_carried;
@@ -41,11 +41,9 @@ use self::entity::Entity;
 pub use self::grid::write_grid;
 use self::hold::{Held, Hold};
 pub use self::live::Live;
-use self::log::opening;
 use self::map::Map;
 use self::plane::{Extent, Origin};
 use self::plots::Limits;
-use self::reports::Reports;
 use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
@@ -217,7 +215,7 @@ impl<'a> Recording<'a> {
             draw(&ready, canvas)?;
         }
         self.closed.note(step, canvas.origin);
-        log::tell(at, &step.extractions, canvas)?;
+        closed::tell(at, &step.extractions, canvas)?;
         self.map.draw(at, step, canvas)
     }
 

@@ -6,7 +6,6 @@
 //! them, the result is the same.
 
 pub mod columns;
-pub mod drawing;
 pub mod files;
 pub mod grid;
 mod result;

@@ -1,11 +1,13 @@
-//! The page that says what the recording is and how to read it.
+//! What the recording is: the page that says it and how to read it, and how the event log begins.
 
 use std::fmt::Write as _;
 
 use rerun::TextDocument;
+use rerun::components::TextLogLevel;
 
 use super::plane::Origin;
 use crate::core::observer::Setting;
+use crate::core::wording::counted;
 use crate::io::config::render::render;
 
 /// The about page; `overlay` says what is drawn over the run.
@@ -71,3 +73,24 @@ pub fn page(setting: &Setting<'_>, overlay: &str, origin: Origin) -> TextDocumen
 }
 
 const HOW_TO_READ: &str = include_str!("about.md");
+
+/// What the log says of the source.
+pub fn opening(setting: &Setting<'_>) -> Vec<(&'static str, String)> {
+    let source = setting.source;
+    let start = format!(
+        "start: {}, {}, {}",
+        source.file,
+        counted(setting.sonars.len() as u64, "sonar"),
+        counted(source.messages, "message")
+    );
+    let mut said = vec![(TextLogLevel::INFO, start)];
+    if !source.complete {
+        let lost = source.lost.first().map_or("", String::as_str);
+        let text = match source.lost.len() {
+            0 | 1 => format!("the log is incomplete or damaged: {lost}"),
+            n => format!("the log is incomplete or damaged in {n} places, first {lost}"),
+        };
+        said.push((TextLogLevel::WARN, text));
+    }
+    said
+}

@@ -4,6 +4,7 @@ use crate::core::event::{Sonar, SonarId, name_of};
 use crate::core::geometry::{Vec2, direction, unit};
 use crate::core::observer::Setting;
 use crate::core::pattern::{PatternError, glob_set};
+use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
 
 use super::sequences::{Given, Sequences};
@@ -72,15 +73,15 @@ impl Question {
                 let arc = arc.ok_or_else(|| no_arc(sequences, id, sonar, frame))?;
                 vec![found(arc, None, None)]
             }
-            Which::Time(seconds) => {
+            Which::Time(asked) => {
                 one_sonar()?;
-                let from = since(setting.source.start_ns, origin_ns);
-                let to = since(setting.source.end_ns, origin_ns);
+                let from = seconds(origin_ns, setting.source.start_ns);
+                let to = seconds(origin_ns, setting.source.end_ns);
                 // Times are typed to the millisecond at most.
-                if seconds < from - 1e-3 || seconds > to + 1e-3 {
-                    return Err(QuestionError::OutsideTime { seconds, from, to });
+                if asked < from - 1e-3 || asked > to + 1e-3 {
+                    return Err(QuestionError::OutsideTime { asked, from, to });
                 }
-                let late = |arc: &Arc| since(arc.stamp_ns, origin_ns) - seconds;
+                let late = |arc: &Arc| seconds(origin_ns, arc.stamp_ns) - asked;
                 arcs()
                     .map(|arc| found(arc, None, Some(late(arc))))
                     .collect()
@@ -132,11 +133,6 @@ pub fn command(sensor: &str, frame: u32) -> String {
     }
     let sensor = sensor.replace('\'', r"'\''");
     format!("--sensor '{sensor}' --frame {frame}")
-}
-
-/// Seconds from `origin_ns` to a stamp.
-pub fn since(stamp_ns: i64, origin_ns: i64) -> f64 {
-    stamp_ns.saturating_sub(origin_ns) as f64 * 1e-9
 }
 
 /// The sonars with such names that have entries.
@@ -255,12 +251,12 @@ pub enum QuestionError {
     },
     /// The log does not last that long.
     #[error(
-        "--time {seconds:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
+        "--time {asked:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
          log's first reading"
     )]
     OutsideTime {
-        /// Asked for.
-        seconds: f64,
+        /// Asked for, seconds.
+        asked: f64,
         /// The replay's first reading.
         from: f64,
         /// Its last one.

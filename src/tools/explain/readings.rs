@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::question::since;
 use super::sequences::Given;
 use crate::core::config::Config;
 use crate::core::rounding::{number, optional};
+use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::triple::Between;
 use crate::tools::tables::{Column, listed};
@@ -40,7 +40,7 @@ impl Reading {
         Self {
             frame: arc.id.frame,
             stamp_ns: arc.stamp_ns,
-            seconds: since(arc.stamp_ns, origin_ns),
+            seconds: seconds(origin_ns, arc.stamp_ns),
             x: arc.world_from_sensor.x,
             y: arc.world_from_sensor.y,
             yaw: arc.world_from_sensor.yaw,

@@ -7,11 +7,12 @@ use serde::Serialize;
 
 use super::ExplainError;
 use super::history::Doubt;
-use super::question::{command, since, sonars};
+use super::question::{command, sonars};
 use super::sequences::Sequences;
 use crate::core::observer::Setting;
 use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
+use crate::core::statistics::seconds;
 use crate::core::tmam::hypothesis::Support;
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
@@ -84,7 +85,7 @@ pub fn list(
             sensor,
             frame: arc.id.frame,
             stamp_ns: arc.stamp_ns,
-            seconds: since(arc.stamp_ns, replay.origin_ns()),
+            seconds: seconds(replay.origin_ns(), arc.stamp_ns),
             label: report.label,
             doubt: doubt.is_finite().then(|| rounded(doubt)),
             doubts: Doubt::all(report),

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::compare::compare;
+use super::difference::describe;
 use super::file::{Golden, GoldenError};
-use super::report::describe;
 use super::results::Results;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::core::legible::inert_line;

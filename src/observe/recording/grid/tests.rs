@@ -105,3 +105,11 @@ fn numbers_without_room_are_read_by_pointing_at_them() {
     assert_eq!(of(&wide, "values").len(), 22);
     assert!(of(&wide, "texts").len() < 2 + 11 + 2);
 }
+
+#[test]
+fn columns_that_would_be_cut_are_left_out() {
+    let row = |widths: &[usize]| widths.iter().map(|n| "x".repeat(*n)).collect::<Vec<_>>();
+    assert_eq!(super::fitting(&[row(&[20, 20, 20]), row(&[1, 1, 1])]), 3);
+    assert_eq!(super::fitting(&[row(&[20, 20, 20]), row(&[1, 30, 1])]), 2);
+    assert_eq!(super::fitting(&[row(&[200, 1])]), 1);
+}
