@@ -18,14 +18,14 @@ use crate::core::tool::Tool;
 pub const SCHEMA: &str = "tmam.features/1";
 
 #[derive(Debug, Serialize)]
-struct File<'a> {
+struct FeaturesDocument<'a> {
     schema: &'static str,
     tool: Tool,
     source: &'a Source,
     config: &'a Config,
     counts: Counts<'a>,
-    features: Vec<Feature<'a>>,
-    map: Map,
+    features: Vec<FeatureRow<'a>>,
+    map: MapRows,
 }
 
 /// What became of the readings of a replay.
@@ -69,7 +69,7 @@ impl<'a> Counts<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Feature<'a> {
+struct FeatureRow<'a> {
     id: u32,
     kind: &'static str,
     sensor: &'a str,
@@ -92,13 +92,13 @@ struct Feature<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Map {
-    lines: Vec<Registered>,
-    points: Vec<Registered>,
+struct MapRows {
+    lines: Vec<MapRow>,
+    points: Vec<MapRow>,
 }
 
 #[derive(Debug, Serialize)]
-struct Registered {
+struct MapRow {
     id: u32,
     #[serde(flatten)]
     shape: ShapeFields,
@@ -161,10 +161,10 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
     let map_of = |kind: Kind| {
         let features = outcome.map.iter();
         let features = features.filter(|feature| feature.shape.kind() == kind);
-        features.map(Registered::from).collect()
+        features.map(MapRow::from).collect()
     };
     let extractions = outcome.extractions.iter();
-    let file = File {
+    let file = FeaturesDocument {
         schema: SCHEMA,
         tool: Tool::THIS,
         source: setting.source,
@@ -175,7 +175,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
             ..Counts::new(outcome)
         },
         features: extractions.map(|one| feature(one, setting)).collect(),
-        map: Map {
+        map: MapRows {
             lines: map_of(Kind::Line),
             points: map_of(Kind::Point),
         },
@@ -184,7 +184,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
     out.write_all(b"\n")
 }
 
-impl From<&MapFeature> for Registered {
+impl From<&MapFeature> for MapRow {
     fn from(feature: &MapFeature) -> Self {
         Self {
             id: feature.id,
@@ -196,10 +196,10 @@ impl From<&MapFeature> for Registered {
     }
 }
 
-fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> Feature<'a> {
+fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> FeatureRow<'a> {
     let frames: Vec<u32> = extraction.associated.iter().map(|arc| arc.frame).collect();
     let (first, action) = (extraction.associated.first(), extraction.action);
-    Feature {
+    FeatureRow {
         id: extraction.id,
         kind: extraction.kind.name(),
         sensor: first.map_or("", |arc| name_of(setting.sonars, arc.sonar)),

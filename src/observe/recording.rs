@@ -32,17 +32,17 @@ use rerun::{RecordingInfo, Scalars, Scale3D, Transform3D};
 
 use self::about::opening;
 use self::arcs::Reports;
-use self::blueprint::Layout;
+use self::blueprint::ViewLayout;
 use self::canvas::{Canvas, Moment};
 pub use self::carried::read_carried;
 use self::closed::Closed;
 use self::encode::{RrdWriter, store_ids};
 use self::entity::Entity;
 pub use self::grid::write_grid;
-use self::hold::{Held, Hold};
+use self::hold::{HeldFrame, Hold};
 pub use self::live::Live;
-use self::map::Map;
-use self::plane::{Extent, Origin};
+use self::map::DrawnMap;
+use self::plane::{Extent, PlaneOrigin};
 use self::plots::Limits;
 use self::robot::Robot;
 use crate::core::event::SonarId;
@@ -83,7 +83,7 @@ pub struct Recording<'a> {
     labels: BTreeMap<&'static str, u64>,
     hold: Hold,
     closed: Closed,
-    map: Map,
+    map: DrawnMap,
     robot: Robot,
     reports: Reports,
     overlay: Overlay,
@@ -106,7 +106,7 @@ impl<'a> Recording<'a> {
         let world = overlay.truth.as_ref().map_or("", |truth| &truth.world);
         let ids = store_ids(&setting, world);
         let file = RrdWriter::new(out, viewer, ids, source.start_ns)?;
-        let origin = Origin::of(setting.start);
+        let origin = PlaneOrigin::of(setting.start);
         let config = setting.config;
         let mut recording = Self {
             canvas: Canvas::new(file, source.start_ns, origin, setting.sonars),
@@ -122,7 +122,7 @@ impl<'a> Recording<'a> {
             labels: BTreeMap::new(),
             hold: Hold::default(),
             closed: Closed::default(),
-            map: Map::default(),
+            map: DrawnMap::default(),
             robot: Robot::new(overlay.only.is_some()),
             reports: Reports::default(),
             overlay,
@@ -152,7 +152,7 @@ impl<'a> Recording<'a> {
         plots::put_styles(self.limits, canvas)?;
         robot::put_styles(self.overlay.only.is_some(), canvas)?;
         overlay::put(&self.overlay, canvas)?;
-        let layout = Layout {
+        let layout = ViewLayout {
             bounds: None,
             frames: 0,
             lanes: setting.sonars.len(),
@@ -184,13 +184,13 @@ impl<'a> Recording<'a> {
         if shows {
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
-            self.hold.push(Held::new(at, frame, step));
+            self.hold.push(HeldFrame::new(at, frame, step));
             self.reports.frame(at);
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
             let sonars = self.seen.iter().copied();
-            self.hold.push(Held::blank(at, sonars));
+            self.hold.push(HeldFrame::blank(at, sonars));
             self.reports.leave(at);
         }
         self.take(at, step)?;
@@ -264,8 +264,8 @@ impl<'a> Recording<'a> {
             .map_or(0, |[first, last]| last.frame - first.frame + 1)
     }
 
-    fn layout(&self) -> Layout {
-        Layout {
+    fn layout(&self) -> ViewLayout {
+        ViewLayout {
             bounds: Some(self.extent.bounds().seen_from(self.canvas.origin)),
             frames: self.frames(),
             lanes: self.seen.len(),
@@ -292,7 +292,7 @@ impl<'a> Recording<'a> {
 }
 
 /// Draws a decided frame.
-fn draw(ready: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+fn draw(ready: &HeldFrame, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     arcs::draw(ready, canvas)?;
     plots::draw(ready, canvas)
 }

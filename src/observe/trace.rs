@@ -12,7 +12,7 @@ use crate::core::tmam::triple::{Angles, Sides};
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
-struct Row<'a> {
+struct TraceRow<'a> {
     frame: u32,
     sensor: &'a str,
     stamp_ns: i64,
@@ -53,13 +53,13 @@ pub fn write(mut out: impl Write, sonars: &[Sonar], outcome: &Outcome) -> io::Re
     Ok(())
 }
 
-fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
+fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> TraceRow<'a> {
     let arc = &report.arc;
     let (triple, window) = (report.triple.as_ref(), report.window());
     let points = |of: fn(&Angles) -> Sides| {
         triple.map(|triple| of(&triple.angles).map(|pair| pair.into_iter().map(usize::from).sum()))
     };
-    Row {
+    TraceRow {
         frame: arc.id.frame,
         sensor: name_of(sonars, arc.id.sonar),
         stamp_ns: arc.stamp_ns,

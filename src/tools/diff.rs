@@ -154,8 +154,8 @@ fn sides(
     terms: &Terms,
     notes: &mut Vec<String>,
 ) -> Result<(Side, Side), DiffError> {
-    let (b, a) = (Source::open(b)?, Source::open(a)?);
-    if let (true, Source::Results(b)) = (terms.b_differs, &b) {
+    let (b, a) = (Argument::open(b)?, Argument::open(a)?);
+    if let (true, Argument::Results(b)) = (terms.b_differs, &b) {
         let b = b.path.clone();
         return Err(DiffError::NothingToReplayForB { b });
     }
@@ -163,19 +163,21 @@ fn sides(
         Side::replayed(log, layered(Config::default(), layers)?)
     };
     Ok(match (a, b) {
-        (Source::Results(a), Source::Results(b)) if terms.both.is_empty() => (*a, *b),
-        (Source::Results(a), Source::Results(b)) => {
+        (Argument::Results(a), Argument::Results(b)) if terms.both.is_empty() => (*a, *b),
+        (Argument::Results(a), Argument::Results(b)) => {
             let (a, b) = (a.path, b.path);
             return Err(DiffError::NothingToReplay { a, b });
         }
-        (Source::Log(log), Source::Results(b)) => {
+        (Argument::Log(log), Argument::Results(b)) => {
             (replayed_like(&b, &log, &terms.both, notes)?, *b)
         }
-        (Source::Results(a), Source::Log(log)) => {
+        (Argument::Results(a), Argument::Log(log)) => {
             let b = replayed_like(&a, &log, &terms.b, notes)?;
             (*a, b)
         }
-        (Source::Log(a), Source::Log(b)) => (replayed(&a, &terms.both)?, replayed(&b, &terms.b)?),
+        (Argument::Log(a), Argument::Log(b)) => {
+            (replayed(&a, &terms.both)?, replayed(&b, &terms.b)?)
+        }
     })
 }
 
@@ -227,7 +229,7 @@ struct Side {
 
 /// One of the two arguments, looked at but not replayed.
 #[derive(Debug)]
-enum Source {
+enum Argument {
     /// A log, to be replayed.
     Log(PathBuf),
     Results(Box<Side>),
@@ -303,7 +305,7 @@ impl DiffError {
     }
 }
 
-impl Source {
+impl Argument {
     /// Opens an argument.
     ///
     /// # Errors

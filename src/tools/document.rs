@@ -44,19 +44,19 @@ const OPEN_LEVELS: usize = 3;
 /// When a value cannot be JSON.
 pub fn render(value: &impl Serialize) -> Result<Vec<u8>, serde_json::Error> {
     let mut out = Vec::new();
-    let mut serializer = Serializer::with_formatter(&mut out, Layout::default());
+    let mut serializer = Serializer::with_formatter(&mut out, ReviewLayout::default());
     value.serialize(&mut serializer)?;
     out.push(b'\n');
     Ok(out)
 }
 
 #[derive(Default)]
-struct Layout {
+struct ReviewLayout {
     depth: usize,
     is_empty: bool,
 }
 
-impl Layout {
+impl ReviewLayout {
     fn open<W: ?Sized + Write>(&mut self, out: &mut W, bracket: &[u8]) -> io::Result<()> {
         (self.depth, self.is_empty) = (self.depth + 1, true);
         out.write_all(bracket)
@@ -86,7 +86,7 @@ impl Layout {
     }
 }
 
-impl Formatter for Layout {
+impl Formatter for ReviewLayout {
     fn write_f64<W: ?Sized + Write>(&mut self, out: &mut W, value: f64) -> io::Result<()> {
         let text = value.to_string();
         let point = if text.contains('.') { "" } else { ".0" };

@@ -28,8 +28,8 @@ mod tolerance;
 pub use collect::{LogInfo, digest, labels, results};
 pub use compare::compare;
 pub use difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, SECTIONS, SHOWN,
-    Section, State, StrayedArc, Unit, describe, differences_in_json, sections,
+    Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange,
+    SECTIONS, SHOWN, Section, State, StrayedArc, describe, differences_in_json, sections,
 };
 pub use features_file::FeaturesFile;
 pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};

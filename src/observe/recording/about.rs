@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use rerun::TextDocument;
 use rerun::components::TextLogLevel;
 
-use super::plane::Origin;
+use super::plane::PlaneOrigin;
 use crate::core::observer::Setting;
 use crate::core::wording::counted;
 use crate::io::config::render::render;
 
 /// The about page; `overlay` says what is drawn over the run.
-pub fn page(setting: &Setting<'_>, overlay: &str, origin: Origin) -> TextDocument {
+pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDocument {
     let source = setting.source;
     let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
     let mut text = format!(

@@ -7,10 +7,10 @@
 
 use rerun::components::TextLogLevel;
 
-use super::canvas::{Canvas, Dot, Message, Moment, Row, Strip};
+use super::canvas::{Canvas, Dot, LogLine, Moment, Shown, Strip};
 use super::entity::Entity;
 use super::evidence::Known;
-use super::hold::Held;
+use super::hold::HeldFrame;
 use super::style;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::hypothesis::HypothesisTest;
@@ -19,7 +19,7 @@ use crate::core::tmam::report::ArcReport;
 use crate::observe::viewer::Error;
 
 /// Draws the arcs of a decided frame.
-pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+pub fn draw(held: &HeldFrame, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let (origin, at) = (canvas.origin, held.moment);
     let cells = held.cells.iter();
     let decided = || cells.clone().filter_map(|cell| cell.report.as_ref());
@@ -30,13 +30,13 @@ pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
             story(canvas.sonar(report.arc.id.sonar), report),
         )
     });
-    let arcs = Row::Strips(arcs.collect());
+    let arcs = Shown::Strips(arcs.collect());
     canvas.row(Entity::Arcs, at, arcs)?;
     let beams = decided().map(|ArcReport { arc, .. }| {
         let ahead = arc.point_at(arc.world_from_sensor.yaw);
         Strip::from(vec![origin.xy(arc.center()), origin.xy(ahead)])
     });
-    canvas.row(Entity::Beams, at, Row::Strips(beams.collect()))?;
+    canvas.row(Entity::Beams, at, Shown::Strips(beams.collect()))?;
     // Where the pairs of a triple meet its middle arc.
     let touches = |of: fn(Points) -> [Option<PairPoint>; 2]| {
         let triples = cells.clone().filter_map(|cell| cell.triple.as_ref());
@@ -45,7 +45,7 @@ pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
             let second = of(Points::of(middle, after)).into_iter().flatten();
             (first.map(|point| point.on_b)).chain(second.map(|point| point.on_a))
         });
-        Row::Dots(points.map(|point| Dot::from(origin.xy(point))).collect())
+        Shown::Dots(points.map(|point| Dot::from(origin.xy(point))).collect())
     };
     let contact = touches(|points| points.contact);
     canvas.row(Entity::ContactPoints, at, contact)?;
@@ -108,7 +108,7 @@ impl Reports {
                 sensor: canvas.sonar(report.arc.id.sonar).to_owned(),
                 report: report.clone(),
             });
-            let row = Row::Evidence(known.collect());
+            let row = Shown::Evidence(known.collect());
             canvas.row(Entity::Evidence, *at, row)?;
         }
         Ok(())
@@ -126,7 +126,7 @@ impl Reports {
                     let name = format!("{story}; suspect: {}", why(report));
                     Strip::named(canvas.origin.sweep(&report.arc), name)
                 });
-                let strips = Row::Strips(strips.collect());
+                let strips = Shown::Strips(strips.collect());
                 canvas.row(Entity::Suspects, *at, strips)?;
             }
             shown = !suspects.is_empty();
@@ -134,12 +134,12 @@ impl Reports {
                 let ArcId { frame, sonar } = report.arc.id;
                 let (sonar, label) = (canvas.sonar(sonar), report.label.name());
                 let why = why(report);
-                let message = Message {
+                let message = LogLine {
                     text: format!("suspect: {sonar}, frame {frame}: {label}, but {why}"),
                     level: TextLogLevel::WARN,
                     color: style::SUSPECT,
                 };
-                canvas.row(Entity::SuspectLog, *at, Row::Messages(vec![message]))?;
+                canvas.row(Entity::SuspectLog, *at, Shown::Messages(vec![message]))?;
             }
         }
         canvas.flush()

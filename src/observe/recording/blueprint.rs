@@ -26,7 +26,7 @@ use crate::observe::viewer::Error;
 pub use writer::Part;
 
 /// What the layout depends on.
-pub struct Layout {
+pub struct ViewLayout {
     /// The part of the plane to show; all that is drawn where not given.
     pub bounds: Option<Bounds>,
     /// How many frames there are; 0 where that is not known yet.
@@ -68,7 +68,7 @@ const CHI2_POINT: Part = Part::view(17);
 const EVALUATION: Part = Part::view(18);
 
 /// Writes the whole blueprint.
-pub fn put(layout: &Layout, w: &mut Canvas<'_>) -> Result<(), Error> {
+pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
     map(w, layout)?;
     w.view(ABOUT, "TextDocument", "About", &["+ /about"])?;
     let gamma = ("+ /angles/gamma", layout.beam_width);
@@ -113,7 +113,7 @@ pub fn put(layout: &Layout, w: &mut Canvas<'_>) -> Result<(), Error> {
 }
 
 /// Where the time cursor is when the recording opens.
-fn time_panel(layout: &Layout) -> TimePanelBlueprint {
+fn time_panel(layout: &ViewLayout) -> TimePanelBlueprint {
     let panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_timeline("frame");
@@ -149,7 +149,7 @@ fn heights(lanes: usize) -> (f32, f32) {
 }
 
 /// The map: bounds that fit the run, and the trajectory up to the cursor.
-fn map(w: &mut Canvas<'_>, layout: &Layout) -> Result<(), Error> {
+fn map(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
     w.view(MAP, "2D", "Map", &["+ /world/**"])?;
     if let Some(Bounds { min, max }) = layout.bounds {
         // The view's y axis points down; the world is drawn flipped, so its bounds are too.
@@ -215,7 +215,7 @@ fn link(w: &mut Canvas<'_>, id: Part) -> Result<(), Error> {
 const FRAMES_ON_LANES: i64 = 400;
 
 /// The labels, as lanes of names and as dots.
-fn labels(w: &mut Canvas<'_>, layout: &Layout) -> Result<(), Error> {
+fn labels(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
     w.view(LABELS, "StateTimeline", "Labels", &["+ /labels/**"])?;
     w.view(
         DOTS,
@@ -236,7 +236,7 @@ fn labels(w: &mut Canvas<'_>, layout: &Layout) -> Result<(), Error> {
 }
 
 /// The event log.
-fn events(w: &mut Canvas<'_>, layout: &Layout) -> Result<(), Error> {
+fn events(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
     w.view(EVENTS, "TextLog", "Events", &["+ /log/**"])?;
     let timeline = |name: &str, visible: bool| {
         TimelineColumn(TimelineColumnData {

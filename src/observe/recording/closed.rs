@@ -3,9 +3,9 @@
 use rerun::Color;
 use rerun::components::TextLogLevel;
 
-use super::canvas::{Canvas, Mark, Message, Moment, Row};
+use super::canvas::{Canvas, LogLine, Mark, Moment, Shown};
 use super::entity::Entity;
-use super::plane::Origin;
+use super::plane::PlaneOrigin;
 use super::style;
 use crate::core::rounding::fixed;
 use crate::core::tmam::arc::Arc;
@@ -34,7 +34,7 @@ struct Drawn {
 
 impl Closed {
     /// Takes in what a step extracted.
-    pub fn note(&mut self, step: &Step, origin: Origin) {
+    pub fn note(&mut self, step: &Step, origin: PlaneOrigin) {
         self.arcs.extend(&step.arcs);
         for extraction in &step.extractions {
             let associated = extraction.associated.iter();
@@ -69,15 +69,15 @@ impl Closed {
         let arcs = now
             .iter()
             .flat_map(|one| one.arcs.iter().map(move |arc| one.mark(arc)));
-        canvas.row(Entity::ClosedArcs, at, Row::Strips(arcs.collect()))?;
+        canvas.row(Entity::ClosedArcs, at, Shown::Strips(arcs.collect()))?;
         let lines = now
             .iter()
             .filter_map(|one| Some(one.mark(one.line.as_ref()?)));
-        canvas.row(Entity::ClosedLines, at, Row::Strips(lines.collect()))?;
+        canvas.row(Entity::ClosedLines, at, Shown::Strips(lines.collect()))?;
         let points = now
             .iter()
             .filter_map(|one| Some(one.mark(one.point.as_ref()?)));
-        canvas.row(Entity::ClosedPoints, at, Row::Dots(points.collect()))
+        canvas.row(Entity::ClosedPoints, at, Shown::Dots(points.collect()))
     }
 }
 
@@ -118,7 +118,7 @@ pub fn tell(at: Moment, extractions: &[Extraction], canvas: &mut Canvas<'_>) -> 
     for extraction in extractions {
         let first = extraction.labelled.first();
         let sonar = first.map_or("?", |arc| canvas.sonar(arc.sonar));
-        let message = Message {
+        let message = LogLine {
             text: describe(extraction, sonar),
             level: match extraction.action {
                 Action::Rejected(_) => TextLogLevel::WARN,
@@ -126,7 +126,7 @@ pub fn tell(at: Moment, extractions: &[Extraction], canvas: &mut Canvas<'_>) -> 
             },
             color: color(extraction),
         };
-        canvas.row(Entity::Log, at, Row::Messages(vec![message]))?;
+        canvas.row(Entity::Log, at, Shown::Messages(vec![message]))?;
     }
     Ok(())
 }

@@ -16,8 +16,8 @@ use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, Picture, RIGHT, WIDTH};
 use super::blueprint::Part;
 use super::canvas::Canvas;
 use super::encode::{RrdWriter, fnv1a, named_ids};
-use super::plane::Origin;
-use crate::observe::drawing::Grid;
+use super::plane::PlaneOrigin;
+use crate::observe::drawing::DrawnGrid;
 use crate::observe::viewer::Error;
 
 /// Pairs of keys that are drawn.
@@ -33,11 +33,11 @@ struct Group {
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn write_grid(mut out: impl Write, grid: &Grid) -> Result<(), Error> {
+pub fn write_grid(mut out: impl Write, grid: &DrawnGrid) -> Result<(), Error> {
     let recording = format!("sweep-{:016x}", fnv1a(&grid.content));
     let ids = named_ids("tmam-sweep", &grid.file, recording);
     let file = RrdWriter::new(Some(&mut out), None, ids, 0)?;
-    let mut canvas = Canvas::new(file, 0, Origin::default(), &[]);
+    let mut canvas = Canvas::new(file, 0, PlaneOrigin::default(), &[]);
     canvas.put("/about", &page(grid))?;
     let groups = groups(grid);
     let pictures = groups.iter().flat_map(|group| &group.pictures);
@@ -55,7 +55,7 @@ fn entity(picture: usize) -> String {
 }
 
 /// What is drawn: of every pair of keys, or of the only one.
-fn groups(grid: &Grid) -> Vec<Group> {
+fn groups(grid: &DrawnGrid) -> Vec<Group> {
     let columns = 0..grid.columns.len();
     if let [axis] = grid.axes.as_slice() {
         return vec![Group {
@@ -126,7 +126,7 @@ const TABLE_WIDTH: usize = 72;
 const GAP: usize = 2;
 
 /// The page beside the pictures: the best cells, what follows, and how to read it.
-fn page(grid: &Grid) -> TextDocument {
+fn page(grid: &DrawnGrid) -> TextDocument {
     let failed = grid.cells.iter().filter(|cell| cell.numbers.is_none());
     let failed = match failed.count() {
         0 => String::new(),
@@ -145,7 +145,7 @@ fn page(grid: &Grid) -> TextDocument {
 }
 
 /// The best cells, in as many columns as have room: first the keys, then what cells are ranked by.
-fn table(grid: &Grid) -> String {
+fn table(grid: &DrawnGrid) -> String {
     // A name with a bar would end its column.
     let keys = grid.axes.iter().map(|axis| axis.heading.replace('|', "/"));
     let heads = keys.chain(grid.columns.iter().map(|column| column.heading.clone()));

@@ -19,7 +19,7 @@ const LONGEST_WAIT: usize = 256;
 
 /// What one sonar gave one frame.
 #[derive(Debug, Clone)]
-pub struct Cell {
+pub struct HeldCell {
     pub sonar: SonarId,
     /// `None` where nothing echoed.
     pub arc: Option<Arc>,
@@ -31,13 +31,13 @@ pub struct Cell {
 
 /// A frame that waits for its labels.
 #[derive(Debug, Clone)]
-pub struct Held {
+pub struct HeldFrame {
     pub moment: Moment,
     /// What the sonars gave, sorted by sonar.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<HeldCell>,
 }
 
-impl Held {
+impl HeldFrame {
     /// The cells of a frame, still undecided.
     pub fn new(moment: Moment, frame: &Frame, step: &Step) -> Self {
         let arc_of = |sonar| step.arcs.iter().find(|arc| arc.id.sonar == sonar).copied();
@@ -45,7 +45,7 @@ impl Held {
         Self {
             moment,
             cells: sonars
-                .map(|sonar| Cell::new(sonar, arc_of(sonar)))
+                .map(|sonar| HeldCell::new(sonar, arc_of(sonar)))
                 .collect(),
         }
     }
@@ -54,7 +54,7 @@ impl Held {
     pub fn blank(moment: Moment, sonars: impl Iterator<Item = SonarId>) -> Self {
         Self {
             moment,
-            cells: sonars.map(|sonar| Cell::new(sonar, None)).collect(),
+            cells: sonars.map(|sonar| HeldCell::new(sonar, None)).collect(),
         }
     }
 
@@ -64,7 +64,7 @@ impl Held {
     }
 }
 
-impl Cell {
+impl HeldCell {
     fn new(sonar: SonarId, arc: Option<Arc>) -> Self {
         Self {
             sonar,
@@ -78,14 +78,14 @@ impl Cell {
 /// The frames that wait.
 #[derive(Debug, Default)]
 pub struct Hold {
-    queue: VecDeque<Held>,
+    queue: VecDeque<HeldFrame>,
     // Frames that stepped out of the queue, with late moments.
-    late: Vec<Held>,
+    late: Vec<HeldFrame>,
 }
 
 impl Hold {
     /// Adds the newest frame.
-    pub fn push(&mut self, held: Held) {
+    pub fn push(&mut self, held: HeldFrame) {
         self.queue.push_back(held);
         while self.queue.len() > LONGEST_WAIT
             && let Some(mut front) = self.queue.pop_front_if(|front| !front.is_decided())
@@ -111,15 +111,15 @@ impl Hold {
     }
 
     /// Takes a frame that is decided, if there is one.
-    pub fn pop(&mut self) -> Option<Held> {
-        match self.late.iter().position(Held::is_decided) {
+    pub fn pop(&mut self) -> Option<HeldFrame> {
+        match self.late.iter().position(HeldFrame::is_decided) {
             Some(at) => Some(self.late.remove(at)),
             None => self.queue.pop_front_if(|front| front.is_decided()),
         }
     }
 
     /// Takes the oldest frame, decided or not.
-    pub fn drain(&mut self) -> Option<Held> {
+    pub fn drain(&mut self) -> Option<HeldFrame> {
         if self.late.is_empty() {
             self.queue.pop_front()
         } else {

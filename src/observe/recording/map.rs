@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rerun::Color;
 
-use super::canvas::{Canvas, Mark, Moment, Row, Strip};
+use super::canvas::{Canvas, Mark, Moment, Shown, Strip};
 use super::entity::Entity;
 use super::style;
 use crate::core::geometry::{Vec2, unit};
@@ -21,11 +21,11 @@ const PAGE: u32 = 16;
 
 /// The map so far.
 #[derive(Default)]
-pub struct Map {
+pub struct DrawnMap {
     features: BTreeMap<u32, MapFeature>,
 }
 
-impl Map {
+impl DrawnMap {
     /// Takes in what a step changed in the map, and draws the map after it.
     pub fn draw(&mut self, at: Moment, step: &Step, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         // The kinds of feature that changed, by page.
@@ -81,10 +81,18 @@ impl Map {
             Shape::Line(_) => None,
         });
         if walls {
-            canvas.row(Entity::MapLines(page), at, Row::Strips(of_lines.collect()))?;
+            canvas.row(
+                Entity::MapLines(page),
+                at,
+                Shown::Strips(of_lines.collect()),
+            )?;
         }
         if corners {
-            canvas.row(Entity::MapPoints(page), at, Row::Dots(of_points.collect()))?;
+            canvas.row(
+                Entity::MapPoints(page),
+                at,
+                Shown::Dots(of_points.collect()),
+            )?;
         }
         let outlines = features().map(|feature| {
             let outline = match &feature.shape {
@@ -94,7 +102,7 @@ impl Map {
             let outline = outline.into_iter().map(|at| origin.xy(at));
             Strip::from(outline.collect::<Vec<_>>())
         });
-        let outlines = Row::Strips(outlines.collect());
+        let outlines = Shown::Strips(outlines.collect());
         canvas.row(Entity::MapCovariance(page), at, outlines)
     }
 

@@ -3,11 +3,11 @@
 use rerun::components::TextLogLevel;
 use rerun::{Color, LineStrips2D, Points2D, TextDocument};
 
-use super::canvas::{Canvas, Dot, Moment, Row, Strip};
+use super::canvas::{Canvas, Dot, Moment, Shown, Strip};
 use super::entity::{Entity, Look, Paint};
 use super::style;
 use crate::core::tmam::arc::Arc;
-use crate::observe::drawing::{Overlay, Sketched, Truth};
+use crate::observe::drawing::{DrawnTruth, Overlay, Sketched};
 use crate::observe::viewer::Error;
 
 /// With more names than this on the map, none could be read.
@@ -56,7 +56,7 @@ pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     canvas.flush()
 }
 
-fn put_truth(truth: &Truth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+fn put_truth(truth: &DrawnTruth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let page = TextDocument::from_markdown(truth.page.as_str());
     canvas.put("/evaluation", &page)?;
     let (at, radii) = ("/world/truth", [6.0, 9.0]);
@@ -103,7 +103,7 @@ pub fn mark(
         let name = format!("{sonar}: {what}");
         marks.push(Strip::named(canvas.origin.sweep(arc), name));
     }
-    canvas.row(entity, at, Row::Strips(marks))
+    canvas.row(entity, at, Shown::Strips(marks))
 }
 
 /// Draws what is wrong with the final map.
@@ -118,11 +118,11 @@ pub fn finish(overlay: &Overlay, at: Moment, canvas: &mut Canvas<'_>) -> Result<
             let ends = one.ends.map(|end| origin.xy(end));
             Strip::named(ends.to_vec(), one.name.clone())
         };
-        Row::Strips(lines.map(strip).collect())
+        Shown::Strips(lines.map(strip).collect())
     };
     let points = truth.spurious.iter().filter(|one| one.is_point);
     let points = points.map(|one| Dot::named(origin.xy(one.ends[0]), one.name.clone()));
-    let points = Row::Dots(points.collect());
+    let points = Shown::Dots(points.collect());
     canvas.row(Entity::Errors, at, lines(&truth.errors))?;
     canvas.row(Entity::SpuriousLines, at, lines(&truth.spurious))?;
     canvas.row(Entity::SpuriousPoints, at, points)

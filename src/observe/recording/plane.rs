@@ -18,9 +18,9 @@ const ARC_STEP: f64 = 0.06;
 
 /// Where the recording's origin is in the world, metres.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Origin(Vec2);
+pub struct PlaneOrigin(Vec2);
 
-impl Origin {
+impl PlaneOrigin {
     /// For a robot that starts at `start`: the world's own origin if that is near, or else the
     /// start to the metre.
     pub fn of(start: Vec2) -> Self {
@@ -84,7 +84,7 @@ impl Bounds {
     }
 
     /// The same in a recording with such an origin.
-    pub fn seen_from(self, origin: Origin) -> Self {
+    pub fn seen_from(self, origin: PlaneOrigin) -> Self {
         Self::new(origin.local(self.min), origin.local(self.max))
     }
 }
@@ -229,13 +229,13 @@ mod tests {
 
     #[test]
     fn millimetres_are_drawn_wherever_the_robot_starts() {
-        let near = Origin::of(Vec2::new(3.0, -4.0));
+        let near = PlaneOrigin::of(Vec2::new(3.0, -4.0));
         assert_eq!(
             (near.shift(), near.xy(Vec2::new(1.5, 2.0))),
             (None, [1.5, 2.0])
         );
         let start = Vec2::new(691_234.567, 5_334_321.002);
-        let far = Origin::of(start);
+        let far = PlaneOrigin::of(start);
         assert_eq!(far.shift(), Some(Vec2::new(691_235.0, 5_334_321.0)));
         let [x, y] = far.xy(start + Vec2::new(0.001, 0.0));
         assert!(
@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn a_start_that_is_no_place_changes_nothing() {
         for x in [f64::NAN, f64::INFINITY, 1e300] {
-            assert_eq!(Origin::of(Vec2::new(x, 0.0)).shift(), None, "{x}");
+            assert_eq!(PlaneOrigin::of(Vec2::new(x, 0.0)).shift(), None, "{x}");
         }
     }
 }

@@ -55,12 +55,12 @@ pub struct RunStory {
     pub map_id: Option<u32>,
     /// That feature at the end of the run; under another id where it turned out to be the same as
     /// another one.
-    pub in_the_end: Option<Registered>,
+    pub in_the_end: Option<FinalFeature>,
 }
 
 /// A feature of the map, in the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Registered {
+pub struct FinalFeature {
     pub id: u32,
     pub status: Status,
     /// Runs behind it.
@@ -68,13 +68,13 @@ pub struct Registered {
     /// Readings behind it.
     pub readings: u32,
     #[serde(flatten)]
-    pub place: Place,
+    pub place: FeaturePlace,
 }
 
 /// Where a feature is, metres and radians.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Place {
+pub enum FeaturePlace {
     Line {
         rho: f64,
         theta: f64,
@@ -90,7 +90,7 @@ fn xy(v: Vec2) -> [f64; 2] {
     [rounded(v.x), rounded(v.y)]
 }
 
-impl Registered {
+impl FinalFeature {
     fn new(feature: &MapFeature) -> Self {
         Self {
             id: feature.id,
@@ -98,12 +98,12 @@ impl Registered {
             runs: feature.runs,
             readings: feature.readings,
             place: match &feature.shape {
-                Shape::Line(segment) => Place::Line {
+                Shape::Line(segment) => FeaturePlace::Line {
                     rho: rounded(segment.rho),
                     theta: rounded(segment.theta),
                     ends: segment.ends().map(xy),
                 },
-                Shape::Point(point) => Place::Point {
+                Shape::Point(point) => FeaturePlace::Point {
                     x: rounded(point.position.x),
                     y: rounded(point.position.y),
                 },
@@ -154,7 +154,7 @@ impl RunStory {
             action: extraction.action.name(),
             reason: extraction.action.rejection(),
             map_id,
-            in_the_end: map_id.and_then(|id| Registered::in_the_end(id, outcome)),
+            in_the_end: map_id.and_then(|id| FinalFeature::in_the_end(id, outcome)),
         }
     }
 
@@ -189,8 +189,10 @@ impl RunStory {
                 false => "it turned out to be the same as another one; ",
             };
             let at = match feature.place {
-                Place::Line { ends: [a, b], .. } => format!("line {} - {}", place(a), place(b)),
-                Place::Point { x, y } => format!("point {}", place([x, y])),
+                FeaturePlace::Line { ends: [a, b], .. } => {
+                    format!("line {} - {}", place(a), place(b))
+                }
+                FeaturePlace::Point { x, y } => format!("point {}", place([x, y])),
             };
             let _ = writeln!(
                 text,

@@ -7,7 +7,7 @@ use crate::core::pattern::{PatternError, glob_set};
 use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
 
-use super::sequences::{Given, Sequences};
+use super::sequences::{Sequences, SonarEntry};
 
 /// What names an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Question {
 
 /// The answer: an arc, and how it was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct Answer {
     /// The arc.
     pub arc: Arc,
     /// How far it passes from the place that was asked for, metres.
@@ -50,7 +50,7 @@ impl Question {
         sequences: &Sequences<'_>,
         setting: &Setting<'_>,
         origin_ns: i64,
-    ) -> Result<Vec<Found>, QuestionError> {
+    ) -> Result<Vec<Answer>, QuestionError> {
         let sonars = sonars(&self.sonars, sequences, setting)?;
         let names = || sonars.iter().map(|(_, sonar)| sonar.name.clone()).collect();
         let one_sonar = || match sonars.as_slice() {
@@ -61,12 +61,12 @@ impl Question {
             let of = |arc: &&Arc| sonars.iter().any(|(id, _)| *id == arc.id.sonar);
             sequences.arcs().filter(of)
         };
-        let found = |arc: &Arc, distance, late| Found {
+        let found = |arc: &Arc, distance, late| Answer {
             arc: *arc,
             distance,
             late,
         };
-        let mut answers: Vec<Found> = match self.which {
+        let mut answers: Vec<Answer> = match self.which {
             Which::Frame(frame) => {
                 let (id, sonar) = one_sonar()?;
                 let arc = arcs().find(|arc| arc.id.frame == frame);
@@ -118,7 +118,7 @@ impl Question {
     }
 }
 
-impl Found {
+impl Answer {
     /// How far it is from what was asked for.
     fn off(&self) -> f64 {
         self.distance.or(self.late).map_or(0.0, f64::abs)
@@ -189,7 +189,7 @@ fn no_arc(sequences: &Sequences<'_>, id: SonarId, sonar: &Sonar, frame: u32) -> 
     let after = arcs().find(|given| given.frame > frame);
     let near = match (before, after) {
         (None, None) => "; it gave no echo in the whole replay".to_owned(),
-        (Some(Given { frame, .. }), None) | (None, Some(Given { frame, .. })) => {
+        (Some(SonarEntry { frame, .. }), None) | (None, Some(SonarEntry { frame, .. })) => {
             format!("; its nearest arc is in frame {frame}")
         }
         (Some(before), Some(after)) => {

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::sequences::Given;
+use super::sequences::SonarEntry;
 use crate::core::config::Config;
 use crate::core::rounding::{number, optional};
 use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::triple::Between;
-use crate::tools::tables::{Column, listed};
+use crate::tools::tables::{TableColumn, listed};
 
 /// A reading, placed in the world. SI units and radians.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -96,11 +96,11 @@ pub struct Situation {
 
 impl Situation {
     /// How the arc at `place` of a sequence stands.
-    pub fn new(sequence: &[Given<'_>], place: usize, config: &Config, origin_ns: i64) -> Self {
+    pub fn new(sequence: &[SonarEntry<'_>], place: usize, config: &Config, origin_ns: i64) -> Self {
         let [before, this, after] =
             [place.checked_sub(1), Some(place), place.checked_add(1)].map(|at| sequence.get(at?));
         let neighbour =
-            |given: Option<&Given<'_>>| match given.map(|given| (given.frame, given.report)) {
+            |given: Option<&SonarEntry<'_>>| match given.map(|given| (given.frame, given.report)) {
                 None => Neighbour::End,
                 Some((_, Some(report))) => Neighbour::Echo(Reading::new(&report.arc, origin_ns)),
                 Some((frame, None)) => Neighbour::NoEcho { frame },
@@ -135,7 +135,7 @@ impl Situation {
             Neighbour::Echo(reading) => Some((name, *reading)),
             _ => None,
         });
-        let columns: [Column<'_, (&str, Reading)>; 9] = [
+        let columns: [TableColumn<'_, (&str, Reading)>; 9] = [
             ("", &|(name, _)| (*name).to_owned()),
             ("frame", &|(_, r)| r.frame.to_string()),
             ("time s", &|(_, r)| format!("{:.3}", r.seconds)),

@@ -17,7 +17,7 @@ use crate::core::tmam::hypothesis::Support;
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
 use crate::core::wording::counted;
-use crate::tools::tables::{Column, optional, render, table};
+use crate::tools::tables::{TableColumn, optional, render, table};
 
 /// A suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -124,7 +124,7 @@ pub fn text(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
     if shown == 0 {
         return text;
     }
-    let columns: [Column<'_, Suspect>; 7] = [
+    let columns: [TableColumn<'_, Suspect>; 7] = [
         ("sensor", &|suspect| suspect.sensor.clone()),
         ("frame", &|suspect| suspect.frame.to_string()),
         ("time s", &|suspect| format!("{:.3}", suspect.seconds)),

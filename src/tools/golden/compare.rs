@@ -9,15 +9,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
 use super::difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, State, StrayedArc,
-    Unit,
+    Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, State,
+    StrayedArc,
 };
 use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::assignment::assign;
 use crate::core::geometry::{Vec2, unit, wrap_angle};
 use crate::core::tmam::label::Kind;
-use Unit::{Count, Metres, Radians, Relative};
+use ChangeUnit::{Count, Metres, Radians, Relative};
 
 /// What `actual` has otherwise than `golden`, beyond the tolerance.
 ///
@@ -50,7 +50,7 @@ pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Com
 /// The change of a number, where it is beyond the tolerance.
 fn number(
     what: &'static str,
-    unit: Unit,
+    unit: ChangeUnit,
     golden: f64,
     actual: f64,
     tolerance: f64,

@@ -107,7 +107,7 @@ pub enum Change {
 pub struct NumberChange {
     /// The value's name: `rho`, `theta`, `readings`, ...
     pub what: &'static str,
-    pub unit: Unit,
+    pub unit: ChangeUnit,
     pub golden: f64,
     pub actual: f64,
     /// Now minus then; of angles the short way round.
@@ -117,7 +117,7 @@ pub struct NumberChange {
 
 /// The unit of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Unit {
+pub enum ChangeUnit {
     #[serde(rename = "m")]
     Metres,
     #[serde(rename = "rad")]
@@ -197,7 +197,9 @@ impl FeatureDifference {
     /// Whether it is not where it was: it moved, or is there on one side only.
     pub fn is_elsewhere(&self) -> bool {
         let moved = |change: &Change| match change {
-            Change::Number(number) => matches!(number.unit, Unit::Metres | Unit::Radians),
+            Change::Number(number) => {
+                matches!(number.unit, ChangeUnit::Metres | ChangeUnit::Radians)
+            }
             Change::Word { .. } => false,
         };
         self.state != State::Changed || self.changes.iter().any(moved)
@@ -224,7 +226,7 @@ impl Serialize for Change {
             }),
             Self::Number(change) => {
                 let number = |number: f64| match change.unit {
-                    Unit::Count => json!(number as i64),
+                    ChangeUnit::Count => json!(number as i64),
                     _ => json!(number),
                 };
                 let [golden, actual, delta] =
@@ -508,24 +510,26 @@ fn change(change: &Change) -> String {
         tolerance,
     } = *number;
     match unit {
-        Unit::Metres => {
+        ChangeUnit::Metres => {
             let tolerance = decimals(tolerance);
             let n = digits(delta, &tolerance, 4);
             format!("{what} {golden:.n$} -> {actual:.n$} m ({delta:+.n$}, tolerance {tolerance})")
         }
-        Unit::Radians => {
+        ChangeUnit::Radians => {
             let tolerance = decimals(tolerance.to_degrees());
             let [golden, actual, delta] = [golden, actual, delta].map(f64::to_degrees);
             let n = digits(delta, &tolerance, 2);
             format!("{what} {golden:.n$} -> {actual:.n$} deg ({delta:+.n$}, tolerance {tolerance})")
         }
-        Unit::Relative => {
+        ChangeUnit::Relative => {
             let tolerance = ((tolerance * 1e4).round() / 100.0).to_string();
             let percent = delta * 100.0;
             let n = digits(percent, &tolerance, 0);
             format!("{what} {golden:.6} -> {actual:.6} ({percent:+.n$} %, tolerance {tolerance} %)")
         }
-        Unit::Count => format!("{what} {golden} -> {actual} ({delta:+}, tolerance {tolerance})"),
+        ChangeUnit::Count => {
+            format!("{what} {golden} -> {actual} ({delta:+}, tolerance {tolerance})")
+        }
     }
 }
 
@@ -631,19 +635,19 @@ mod tests {
             }))
         };
         assert_eq!(
-            number("rho", Unit::Metres, 0.0071, -0.00294),
+            number("rho", ChangeUnit::Metres, 0.0071, -0.00294),
             "rho 0.00710 -> -0.00294 m (-0.01004, tolerance 0.010)"
         );
         assert_eq!(
-            number("rho", Unit::Metres, 1.2043, 1.2391),
+            number("rho", ChangeUnit::Metres, 1.2043, 1.2391),
             "rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010)"
         );
         assert_eq!(
-            number("theta", Unit::Radians, 0.0, 0.0100873),
+            number("theta", ChangeUnit::Radians, 0.0, 0.0100873),
             "theta 0.00 -> 0.58 deg (+0.58, tolerance 0.573)"
         );
         assert_eq!(
-            number("readings", Unit::Count, 12.0, 9.0),
+            number("readings", ChangeUnit::Count, 12.0, 9.0),
             "readings 12 -> 9 (-3, tolerance 0.01)"
         );
     }

@@ -59,18 +59,18 @@ pub struct LabelsFile {
 }
 
 #[derive(Serialize, Deserialize)]
-struct File {
+struct LabelsDocument {
     schema: String,
     log: LogInfo,
     #[serde(default, skip_serializing_if = "RangeSigma::is_unknown")]
     measured_sigma: RangeSigma,
     /// The stamps of the frames, coded as those of the arcs.
-    frames: Option<Frames>,
+    frames: Option<FrameStamps>,
     labels: LabelTable,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Frames {
+struct FrameStamps {
     first_ns: i64,
     steps_ms: String,
 }
@@ -82,11 +82,11 @@ impl LabelsFile {
     /// When it cannot be JSON.
     pub fn render(&self) -> serde_json::Result<String> {
         let stamps = &self.labels.frame_stamps;
-        let text = render(&File {
+        let text = render(&LabelsDocument {
             schema: SCHEMA.to_owned(),
             log: self.log.clone(),
             measured_sigma: self.noise,
-            frames: stamps.first().map(|first_ns| Frames {
+            frames: stamps.first().map(|first_ns| FrameStamps {
                 first_ns: *first_ns,
                 steps_ms: encode_steps(stamps),
             }),
@@ -100,7 +100,7 @@ impl LabelsFile {
     /// # Errors
     /// What is wrong with it, in words.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let file: File = serde_json::from_str(text).map_err(|error| in_words(&error))?;
+        let file: LabelsDocument = serde_json::from_str(text).map_err(|error| in_words(&error))?;
         if file.schema != SCHEMA {
             let found = file.schema;
             return Err(format!(

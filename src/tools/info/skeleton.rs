@@ -16,10 +16,10 @@ use crate::io::log::{LogError, MissingMount};
 
 /// Keys by section, in the order in which they came up.
 #[derive(Debug, Default)]
-struct Sections(Vec<(String, Vec<Line>)>);
+struct Sections(Vec<(String, Vec<KeyLine>)>);
 
 #[derive(Debug)]
-struct Line {
+struct KeyLine {
     key: &'static str,
     value: Value,
     comment: String,
@@ -28,7 +28,7 @@ struct Line {
 impl Sections {
     /// Adds a key; those of one section follow each other.
     fn add(&mut self, section: &str, key: &'static str, value: Value, comment: impl Into<String>) {
-        let line = Line {
+        let line = KeyLine {
             key,
             value,
             comment: comment.into(),

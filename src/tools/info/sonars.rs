@@ -120,13 +120,13 @@ impl SonarFacts {
 }
 
 /// A reading and where its sensor was.
-type Placed<'a> = (&'a RangeReading, Option<Vec2>);
+type PlacedReading<'a> = (&'a RangeReading, Option<Vec2>);
 
 /// The facts of every sonar, in the order of [`Events::sonars`].
 pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
     let track =
         Track::new(&events.odometry, &config.frames).with_range_delay(config.input.range_delay);
-    let mut placed: Vec<Vec<Placed<'_>>> = vec![Vec::new(); events.sonars.len()];
+    let mut placed: Vec<Vec<PlacedReading<'_>>> = vec![Vec::new(); events.sonars.len()];
     for reading in &events.readings {
         let index = reading.sonar.index();
         if let (Some(sonar), Some(list)) = (events.sonars.get(index), placed.get_mut(index)) {
@@ -143,7 +143,7 @@ pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
         .collect()
 }
 
-fn facts(sonar: &Sonar, readings: &[Placed<'_>], config: &Config) -> Option<SonarFacts> {
+fn facts(sonar: &Sonar, readings: &[PlacedReading<'_>], config: &Config) -> Option<SonarFacts> {
     let ((first, _), (last, _)) = (readings.first()?, readings.last()?);
     let of_kind = |kind| {
         let readings = readings.iter().map(|(reading, _)| *reading);
@@ -194,8 +194,8 @@ fn way(a: Option<Vec2>, b: Option<Vec2>) -> Option<f64> {
 }
 
 /// Echoes of a sensor that moved since the echo before, and those that are that echo again.
-fn repeats(readings: &[Placed<'_>], resolution: f64) -> (u64, u64) {
-    let echoes: Vec<&Placed<'_>> = readings
+fn repeats(readings: &[PlacedReading<'_>], resolution: f64) -> (u64, u64) {
+    let echoes: Vec<&PlacedReading<'_>> = readings
         .iter()
         .filter(|(r, _)| r.classify() == Return::Echo)
         .collect();
@@ -210,7 +210,7 @@ fn repeats(readings: &[Placed<'_>], resolution: f64) -> (u64, u64) {
     counts
 }
 
-fn baseline(readings: &[Placed<'_>]) -> Option<f64> {
+fn baseline(readings: &[PlacedReading<'_>]) -> Option<f64> {
     let mut ways: Vec<f64> = readings
         .array_windows()
         .filter_map(|[(_, from), (_, to)]| way(*from, *to))
@@ -220,7 +220,7 @@ fn baseline(readings: &[Placed<'_>]) -> Option<f64> {
     median(&ways)
 }
 
-fn too_far_apart(readings: &[Placed<'_>], config: &Config) -> u64 {
+fn too_far_apart(readings: &[PlacedReading<'_>], config: &Config) -> u64 {
     let bounds = &config.sequence;
     let apart = readings.array_windows().filter(|[(a, from), (b, to)]| {
         let seconds = b.stamp_ns.saturating_sub(a.stamp_ns) as f64 * 1e-9;

@@ -97,7 +97,7 @@ const MOST_COLUMNS: usize = 4;
 ///
 /// # Errors
 /// Never in practice: it is written to memory.
-pub fn drawn(sweep: &Sweep) -> io::Result<drawing::Grid> {
+pub fn drawn(sweep: &Sweep) -> io::Result<drawing::DrawnGrid> {
     let mut content = Vec::new();
     json(&mut content, sweep)?;
     let axes = sweep.grid.axes().iter().enumerate();
@@ -107,12 +107,12 @@ pub fn drawn(sweep: &Sweep) -> io::Result<drawing::Grid> {
         let places = sweep.grid.places(cell.index);
         let places = swept.iter().filter_map(|(axis, _)| places.get(*axis));
         let score = cell.score.as_ref().ok();
-        drawing::Cell {
+        drawing::DrawnCell {
             places: places.copied().collect(),
             numbers: score.map(|score| columns.iter().map(|column| (column.of)(score)).collect()),
         }
     };
-    Ok(drawing::Grid {
+    Ok(drawing::DrawnGrid {
         file: sweep.log.file.clone(),
         content,
         conclusion: lines(sweep),
@@ -123,7 +123,7 @@ pub fn drawn(sweep: &Sweep) -> io::Result<drawing::Grid> {
         },
         axes: swept
             .iter()
-            .map(|(place, axis)| drawing::Axis {
+            .map(|(place, axis)| drawing::DrawnAxis {
                 short: axis.short(),
                 name: match axis.unit_name() {
                     "" => axis.key(),
@@ -136,7 +136,7 @@ pub fn drawn(sweep: &Sweep) -> io::Result<drawing::Grid> {
             .collect(),
         columns: columns
             .iter()
-            .map(|column| drawing::Column {
+            .map(|column| drawing::DrawnColumn {
                 heading: column.heading().to_owned(),
                 low_is_better: column.better == Better::Low,
                 decimals: column.decimals,

@@ -37,18 +37,18 @@ pub struct Cell {
 #[derive(Debug)]
 pub enum Lead {
     /// They differ first in this column, the best cell being better in it.
-    Better(Difference),
+    Better(LeadDifference),
     /// No ranked column tells them apart.
     Alike,
     /// The grid leaves out what is configured, which is better than all of it.
-    Worse(Difference),
+    Worse(LeadDifference),
     /// The configuration cannot be replayed without the sweep.
     Failed(String),
 }
 
 /// Where the best cell and the configured values differ first.
 #[derive(Debug)]
-pub struct Difference {
+pub struct LeadDifference {
     /// The column.
     pub column: &'static Column,
     /// In it, of the best cell and of what is configured; `None` where there is no such number.
@@ -126,7 +126,7 @@ impl Sweep {
         let Some((alike, column)) = first else {
             return Some(Lead::Alike);
         };
-        let difference = Difference {
+        let difference = LeadDifference {
             column,
             best: (column.of)(best),
             configured: (column.of)(configured),
@@ -140,7 +140,7 @@ impl Sweep {
     }
 }
 
-impl Difference {
+impl LeadDifference {
     /// Whether a table shows both numbers alike.
     pub fn is_small(&self) -> bool {
         let shown = |number| self.column.number(number);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::columns::{Better, Column, columns};
 use super::grid::Axis;
-use super::result::{Difference, Lead, Sweep};
+use super::result::{Lead, LeadDifference, Sweep};
 use crate::core::legible::one_line;
 use crate::core::wording::counted;
 use crate::io::log::itemised;
@@ -199,7 +199,7 @@ pub fn lead(sweep: &Sweep) -> String {
     }
 }
 
-fn by(sweep: &Sweep, difference: &Difference) -> String {
+fn by(sweep: &Sweep, difference: &LeadDifference) -> String {
     let column = difference.column;
     let before = sweep.ranked_by.iter().take(difference.alike);
     let before: Vec<&str> = before.map(|column| column.heading()).collect();

@@ -2,7 +2,7 @@
 
 use rerun::{Color, Image, LineStrips2D, Points2D};
 
-use crate::observe::drawing::{Cell, Column, Grid};
+use crate::observe::drawing::{DrawnCell, DrawnColumn, DrawnGrid};
 use crate::observe::recording::canvas::Canvas;
 use crate::observe::recording::entity::ui;
 use crate::observe::recording::style;
@@ -133,7 +133,7 @@ pub struct Picture {
 
 impl Picture {
     /// A drawing of a column whose numbers lie in a range.
-    pub fn new(column: &Column, [low, high]: [f64; 2], drawing: Drawing) -> Self {
+    pub fn new(column: &DrawnColumn, [low, high]: [f64; 2], drawing: Drawing) -> Self {
         let (name, decimals) = (&column.heading, column.decimals);
         let better = if column.low_is_better { "low" } else { "high" };
         let texts = [low, high].map(|x| format!("{:.decimals$}", x * column.scale));
@@ -158,7 +158,7 @@ pub fn range(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The places, on some axes, of the cells that are best; none where all are alike.
-pub fn best<const N: usize>(grid: &Grid, axes: [usize; N]) -> Vec<[usize; N]> {
+pub fn best<const N: usize>(grid: &DrawnGrid, axes: [usize; N]) -> Vec<[usize; N]> {
     let best = grid.cells.iter().take(grid.best);
     let mut places: Vec<[usize; N]> = best.map(|cell| places(cell, axes)).collect();
     places.sort_unstable();
@@ -167,7 +167,7 @@ pub fn best<const N: usize>(grid: &Grid, axes: [usize; N]) -> Vec<[usize; N]> {
 }
 
 /// The places of a cell on some axes.
-pub fn places<const N: usize>(cell: &Cell, axes: [usize; N]) -> [usize; N] {
+pub fn places<const N: usize>(cell: &DrawnCell, axes: [usize; N]) -> [usize; N] {
     axes.map(|axis| cell.places.get(axis).copied().unwrap_or_default())
 }
 
