@@ -1,10 +1,10 @@
 //! The map: extracted features are fused with registered ones, and at the end of the log all of them
 //! are looked at again.
 
-mod corners;
-mod ends;
+pub mod corners;
+pub mod ends;
 mod fusion;
-mod refine;
+pub mod refine;
 
 use std::collections::BTreeMap;
 

@@ -36,6 +36,7 @@ const AT_FIRST: Reach = Reach {
     beyond: 0.0,
     before: 0.5,
     off: 0.05,
+    margin: 0.0,
 };
 
 /// Fits the confirmed features of a map anew to all readings; returns those that changed.
@@ -114,7 +115,8 @@ fn doubled(
     let confirmed = || features.iter().filter(|f| f.status == Status::Confirmed);
     let ids: BTreeSet<u32> = confirmed().map(|feature| feature.id).collect();
     for association in associations {
-        let by: Vec<&u32> = association.all().filter(|id| ids.contains(id)).collect();
+        let by = association.all().iter().filter(|id| ids.contains(id));
+        let by: Vec<&u32> = by.collect();
         for id in &by {
             let (all, alone) = explained.entry(**id).or_default();
             *all += 1;
