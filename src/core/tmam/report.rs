@@ -120,3 +120,13 @@ impl ArcReport {
         self.map?.support.kind()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_is_small_for_every_arc_of_a_log_has_one() {
+        assert!(size_of::<ArcReport>() <= 400, "{}", size_of::<ArcReport>());
+    }
+}
