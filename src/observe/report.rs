@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use crate::core::config::Rule;
+use crate::core::joint::JointEstimate;
+use crate::core::joint::drift::Drift;
 use crate::core::legible::{legible, one_line};
 use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
@@ -134,10 +136,53 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
         let what = format!("{from}; noise.sigma_abs overrules it");
         let _ = writeln!(text, "{name:<10} {sigma:>4.1} mm  {what}");
     }
+    match &outcome.poses {
+        Some(Ok(joint)) => tell_joint(&mut text, joint),
+        Some(Err(kept)) => {
+            let _ = writeln!(text, "{:<10} odometry's: {kept}", "poses");
+        }
+        None => {}
+    }
     for row in [features(outcome), map(setting, outcome)] {
         tell(&mut text, row);
     }
     text
+}
+
+/// What became of the poses of odometry.
+fn tell_joint(text: &mut String, joint: &JointEstimate) {
+    let end = joint.path.covariances.last().copied().unwrap_or_default();
+    let sigma = (end.m11 + end.m22).max(0.0).sqrt();
+    // Writing into a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{:<10} corrected, the last one by {:.2} m (sigma {sigma:.3} m): {:.1} % of the arcs are explained, {:.1} % were",
+        "poses",
+        joint.path.end_correction(),
+        100.0 * joint.explained[1],
+        100.0 * joint.explained[0],
+    );
+    let Drift {
+        distance,
+        heading,
+        turn,
+    } = joint.drift;
+    let _ = writeln!(
+        text,
+        "{:<10} odometry is off by {:.1} cm and {:.2} deg after a metre, {:.2} deg after a radian; \
+         {:+.1} % too short, {:+.1} % of turns",
+        "",
+        100.0 * distance,
+        heading.to_degrees(),
+        turn.to_degrees(),
+        100.0 * joint.scales[0],
+        100.0 * joint.scales[1],
+    );
+    let closures = joint.closures.len() as u64;
+    if closures > 0 {
+        let features = plural(closures, "feature");
+        let _ = writeln!(text, "{:<10} {features} seen again as one", "");
+    }
 }
 
 fn tell(text: &mut String, (name, count, what): CountRow) {
