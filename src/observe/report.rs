@@ -11,6 +11,7 @@ use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::tmam::feature::{Action, Kind, MapFeature, Status};
+use crate::core::tmam::hearing::Hearing;
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
 use crate::io::config::keys;
@@ -147,7 +148,51 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
         let what = format!("{from}; noise.sigma_abs overrules it");
         writeln!(text, "{:<10} {:>4.1} mm  {what}", "noise", sigma * 1e3)?;
     }
+    write_hearing(text, setting, outcome)?;
     write_features(text, setting, outcome)
+}
+
+/// Rough walls and sonars of which hardly a triple is explained.
+fn write_hearing(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {
+    let hearings = Hearing::of_sonars(&outcome.reports, &outcome.map);
+    let named = |told: &dyn Fn(&Hearing) -> Option<String>| {
+        let sonars = hearings.iter().filter_map(|(sonar, hearing)| {
+            let name = &setting.sonars.get(sonar.index())?.name;
+            Some(format!("{name} {}", told(hearing)?))
+        });
+        sonars.collect::<Vec<_>>()
+    };
+    let oblique = hearings.values().map(|hearing| hearing.oblique).sum();
+    if oblique > 0 {
+        let of_sonars = named(&|hearing| {
+            let beam = hearing.half_width.map(|half| {
+                let degrees = half.to_degrees();
+                format!(" (beam of +-{degrees:.1} deg)")
+            });
+            let count = hearing.oblique;
+            (count > 0).then(|| format!("{count}{}", beam.unwrap_or_default()))
+        });
+        let what = format!("arcs of rough walls at an angle: {}", of_sonars.join(", "));
+        row(text, "oblique", oblique, &what)?;
+    }
+    if setting.config.rule == Rule::Paper {
+        return Ok(());
+    }
+    let hardly = named(&|hearing| {
+        let share = 100.0 * hearing.explained as f64 / hearing.triples.max(1) as f64;
+        hearing
+            .is_hardly_explained()
+            .then(|| format!("{share:.0} %"))
+    });
+    if hardly.is_empty() {
+        return Ok(());
+    }
+    let what = format!(
+        "of which a wall or a point explains hardly a triple: {}; what one alone saw on one visit \
+         stays tentative",
+        hardly.join(", ")
+    );
+    row(text, "sonars", hardly.len() as u64, &what)
 }
 
 fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {
@@ -250,7 +295,7 @@ fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) -> Opt
     let of_reason = |reason| outcome.reasons.get(reason).copied().unwrap_or_default();
     let neither = of_reason("neither");
     let labelled = outcome.labelled("contact") + outcome.labelled("intersection");
-    let triples = labelled + neither + of_reason("ambiguous");
+    let triples = labelled + neither + of_reason("ambiguous") + of_reason("oblique");
     let scatter = outcome.scattering.overall();
     if triples < ENOUGH
         || neither as f64 <= FITTING_NEITHER * triples as f64

@@ -102,6 +102,7 @@ A feature flashes bold, with the arcs of its run, in the frame in which its run 
 |---|---|---|
 | `a` | light grey | ambiguous: line and point cannot be told apart |
 | `n` | brown | neither: no line and no point fits, the readings come from different targets |
+| `o` | olive | oblique: no line and no point fits, but a rough wall that is seen at an angle does |
 | `w` | grey | wide: the smaller angle is not below gamma (paper's rule) |
 | `p` | dark grey | no-points: the arcs touch and cross nowhere inside the beams (paper's rule) |
 | `t` | dark green | turning: the robot turned, or its path bent, between the readings |

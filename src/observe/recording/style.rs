@@ -49,7 +49,7 @@ pub const fn rgb(r: u8, g: u8, b: u8) -> Color {
 }
 
 /// Every label an arc can have.
-pub const LABELS: [Label; 9] = [
+pub const LABELS: [Label; 10] = [
     Label::Contact,
     Label::Intersection,
     Label::Unidentified(Reason::Missing),
@@ -59,6 +59,7 @@ pub const LABELS: [Label; 9] = [
     Label::Unidentified(Reason::Wide),
     Label::Unidentified(Reason::Ambiguous),
     Label::Unidentified(Reason::Neither),
+    Label::Unidentified(Reason::Oblique),
 ];
 
 /// The number that stands for a label in `class_ids`; 10 and up are the reasons.
@@ -73,6 +74,7 @@ pub fn class(label: Label) -> u16 {
         Label::Unidentified(Reason::Wide) => 14,
         Label::Unidentified(Reason::Ambiguous) => 15,
         Label::Unidentified(Reason::Neither) => 16,
+        Label::Unidentified(Reason::Oblique) => 17,
     }
 }
 
@@ -104,11 +106,12 @@ pub fn short(label: Label) -> &'static str {
         Label::Unidentified(Reason::Wide) => "w",
         Label::Unidentified(Reason::Ambiguous) => "a",
         Label::Unidentified(Reason::Neither) => "n",
+        Label::Unidentified(Reason::Oblique) => "o",
     }
 }
 
 /// The colour of a label on a lane: dark where there was no triple, lighter where its readings did
-/// not decide, brown where they contradict both.
+/// not decide, brown where they contradict both, olive where a rough wall explains them.
 pub fn shade(label: Label) -> Color {
     match label {
         Label::Contact | Label::Intersection => color(label),
@@ -119,6 +122,7 @@ pub fn shade(label: Label) -> Color {
         Label::Unidentified(Reason::Wide) => rgb(0x66, 0x6b, 0x75),
         Label::Unidentified(Reason::Ambiguous) => rgb(0x80, 0x86, 0x93),
         Label::Unidentified(Reason::Neither) => rgb(0x7a, 0x57, 0x4a),
+        Label::Unidentified(Reason::Oblique) => rgb(0x8a, 0x7a, 0x3c),
     }
 }
 
