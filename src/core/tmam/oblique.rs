@@ -128,7 +128,7 @@ impl Observation for EdgeRange {
         let distance = wall.x - normal.dot(&place);
         let (sin, cos) = libm::sincos(self.bearing(arc) - wall.y);
         // The derivative of the distance by theta is (21).
-        let turned = normal.perp(&place) * -1.0;
+        let turned = -normal.perp(&place);
         let by_theta = turned / cos - distance * sin / (cos * cos);
         (cos > 0.0).then(|| (distance / cos, RowVector2::new(1.0 / cos, by_theta)))
     }
