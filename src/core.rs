@@ -4,6 +4,7 @@ pub mod event;
 pub mod exit;
 pub mod frames;
 pub mod geometry;
+pub mod joint;
 pub mod legible;
 pub mod log;
 pub mod noise_estimate;

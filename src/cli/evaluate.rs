@@ -82,7 +82,7 @@ impl Args {
         } else {
             replay.run(&mut [])?
         };
-        let evaluation = Evaluation::new(&truth, &path::used(&replay), &outcome);
+        let evaluation = Evaluation::new(&truth, &path::used(&replay, &outcome), &outcome);
         let setting = replay.setting();
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {

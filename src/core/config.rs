@@ -21,12 +21,25 @@ pub enum Rule {
     NoiseAware,
 }
 
+/// Where the robot's poses come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Poses {
+    /// Odometry, as the log has it.
+    Odometry,
+    /// Odometry and ranges together, estimated with the features (`docs/algorithm.md`); the paper's rule
+    /// stays with odometry.
+    Joint,
+}
+
 /// The parameters of a replay.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// How arcs are labelled and features fused.
     pub rule: Rule,
+    /// Where the robot's poses come from.
+    pub poses: Poses,
     /// What is read from the log.
     pub input: Input,
     /// How readings are grouped into frames.
@@ -145,6 +158,16 @@ pub struct Noise {
     pub sigma_rel: f64,
     /// What the sensor's place from reading to reading is off by, metres: odometry and the clock.
     pub sigma_pose: f64,
+    /// By how much odometry is off after a metre, as a standard deviation that grows with the square root:
+    /// metres. For poses that are estimated with the features; found by these where it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_distance: Option<f64>,
+    /// The same of the heading after a metre, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_heading: Option<f64>,
+    /// The same of the heading after turning by a radian, radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_turn: Option<f64>,
 }
 
 /// When readings support a line or a point.

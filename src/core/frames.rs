@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Matrix3;
+
 use crate::core::config;
 use crate::core::event::{RangeReading, Return, Sonar, SonarId};
 use crate::core::geometry::{Pose2, angle_between};
@@ -17,8 +19,19 @@ pub struct Frame {
     pub stamp_ns: i64,
     /// The robot at that stamp.
     pub world_from_robot: Pose2,
+    /// What was corrected, where the pose is not odometry's own.
+    pub correction: Option<Correction>,
     /// What each sonar gave, sorted by sonar; a sonar that did not fire has no entry.
     pub entries: Vec<Entry>,
+}
+
+/// A pose of odometry that was corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correction {
+    /// The robot as odometry has it.
+    pub odom_from_robot: Pose2,
+    /// Covariance of the corrected pose over (x, y, yaw) in the world.
+    pub covariance: Matrix3<f64>,
 }
 
 /// The one reading that a sonar gives a frame.
@@ -114,6 +127,7 @@ impl<'a> Framer<'a> {
                 index,
                 stamp_ns: reading.stamp_ns,
                 world_from_robot,
+                correction: None,
                 entries: Vec::new(),
             })
         });

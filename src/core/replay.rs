@@ -6,10 +6,14 @@ mod outcome;
 pub use error::ReplayError;
 pub use outcome::Outcome;
 
-use crate::core::config::{Config, Rule, SIGMA_UNKNOWN, Triple};
+use std::borrow::Cow;
+
+use crate::core::config::{Config, Poses, Rule, SIGMA_UNKNOWN, Triple};
 use crate::core::event::{Events, RangeReading};
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::Vec2;
+use crate::core::joint::path::CorrectedPath;
+use crate::core::joint::{self, Evidence, JointEstimate, OdometryKept};
 use crate::core::log::Log;
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::observer::{Observer, Setting, Source};
@@ -17,7 +21,15 @@ use crate::core::odometry::Track;
 use crate::core::pattern::glob_set;
 use crate::core::tmam::Tmam;
 use crate::core::tmam::arc::Arc;
+use crate::core::tmam::feature::MapFeature;
 use crate::core::tmam::prediction::{MapPrediction, Reach};
+use crate::core::tmam::step::Extraction;
+
+/// Replays from which poses are estimated, at most; the one that is shown has the poses of the last.
+const MOST_PASSES: usize = 3;
+
+/// A path that moves by less is settled, metres.
+const SETTLED: f64 = 1e-3;
 
 /// A log made ready.
 #[derive(Debug)]
@@ -157,13 +169,16 @@ impl<'a> Replay<'a> {
         if self.frames.is_empty() {
             return Err(self.no_frames());
         }
+        let poses = self.poses();
+        let joint = poses.as_ref().and_then(|found| found.as_ref().ok());
+        let frames = self.frames_at(joint.map(|joint| &joint.path));
         let mut tmam = Tmam::new(&self.config);
         let mut predicting = match self.config.rule {
             Rule::NoiseAware => None,
             Rule::Paper => Some(Tmam::new(&self.noise_aware())),
         };
-        let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &self.frames);
-        for frame in &self.frames {
+        let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &frames);
+        for frame in frames.iter() {
             let step = tmam.step(frame);
             if let Some(beside) = &mut predicting {
                 beside.step(frame);
@@ -177,17 +192,82 @@ impl<'a> Replay<'a> {
         if let Some(beside) = &mut predicting {
             beside.finish();
         }
-        let map = predicting.as_ref().unwrap_or(&tmam).map();
+        if let Some(joint) = joint {
+            step.absorbed.extend(&joint.absorbed);
+            step.settled.extend(&joint.features);
+        }
+        let map = match joint {
+            Some(joint) => joint.features_given_path.as_slice(),
+            None => predicting.as_ref().unwrap_or(&tmam).map().features(),
+        };
         let reach = Reach::of(self.config.map.max_wall_gap);
-        let prediction = MapPrediction::new(map.features(), &reach);
+        let prediction = MapPrediction::new(map, &reach);
         for report in &mut step.reports {
             report.map = Some(prediction.predict(&report.arc));
         }
         for observer in observers {
             observer.finish(&step)?;
         }
-        outcome.end(step, tmam.map().features(), prediction);
+        outcome.end(step, tmam.map().features(), prediction, poses);
         Ok(outcome)
+    }
+
+    /// Poses and features estimated together, from replays at ever better poses; `None` where the poses
+    /// are to be those of odometry.
+    fn poses(&self) -> Option<Result<JointEstimate, OdometryKept>> {
+        if (self.config.rule, self.config.poses) != (Rule::NoiseAware, Poses::Joint) {
+            return None;
+        }
+        let mut before: Option<JointEstimate> = None;
+        for pass in 1.. {
+            let mut tmam = Tmam::new(&self.config);
+            let mut extractions = Vec::new();
+            for frame in self
+                .frames_at(before.as_ref().map(|joint| &joint.path))
+                .iter()
+            {
+                extractions.extend(tmam.step(frame).extractions);
+            }
+            extractions.extend(tmam.finish().extractions);
+            let found = self.estimate(&extractions, tmam.map().features(), before.as_ref());
+            let mut found = match found {
+                Ok(found) => found,
+                Err(kept) => return Some(Err(kept)),
+            };
+            if let Some(before) = before
+                && (pass == MOST_PASSES || found.path.moved(&before.path) < SETTLED)
+            {
+                // The features are those of the replay at these poses.
+                found.path.world_from_robot = before.path.world_from_robot;
+                return Some(Ok(found));
+            }
+            before = Some(found);
+        }
+        None
+    }
+
+    fn frames_at(&self, path: Option<&CorrectedPath>) -> Cow<'_, [Frame]> {
+        match path {
+            Some(path) => Cow::Owned(path.frames(&self.frames)),
+            None => Cow::Borrowed(self.frames.as_slice()),
+        }
+    }
+
+    fn estimate(
+        &self,
+        extractions: &[Extraction],
+        map: &[MapFeature],
+        start: Option<&JointEstimate>,
+    ) -> Result<JointEstimate, OdometryKept> {
+        let of = |frame: &Frame, entry| Arc::of_entry(frame.index, entry, &self.config.noise);
+        let arcs: Vec<Arc> = (self.frames.iter())
+            .flat_map(|frame| frame.entries.iter().filter_map(|entry| of(frame, entry)))
+            .collect();
+        let evidence = Evidence {
+            frames: &self.frames,
+            arcs: &arcs,
+        };
+        joint::estimate(&evidence, extractions, map, start, &self.config)
     }
 
     /// The rule whose map predicts what should have echoed, whichever rule labels.

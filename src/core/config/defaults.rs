@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Config, Frames, Input, Map, Noise, NoiseAwareOptions, Rule, Sequence, SonarDefaults,
+    Config, Frames, Input, Map, Noise, NoiseAwareOptions, Poses, Rule, Sequence, SonarDefaults,
     TestBounds, Triple,
 };
 
@@ -11,6 +11,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             rule: Rule::NoiseAware,
+            poses: Poses::Joint,
             input: Input::default(),
             frames: Frames::default(),
             sequence: Sequence::default(),
@@ -65,6 +66,9 @@ impl Default for Noise {
             sigma_abs: None,
             sigma_rel: 0.0,
             sigma_pose: 0.0,
+            odometry_distance: None,
+            odometry_heading: None,
+            odometry_turn: None,
         }
     }
 }

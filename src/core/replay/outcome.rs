@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::core::frames::{Frame, Tally};
+use crate::core::joint::{JointEstimate, OdometryKept};
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::tmam::feature::{Action, MapFeature};
 use crate::core::tmam::prediction::MapPrediction;
@@ -40,6 +41,9 @@ pub struct Outcome {
     pub reports: Vec<ArcReport>,
     /// What should have echoed by the map that the noise-aware rule makes of the log.
     pub prediction: MapPrediction,
+    /// Poses and features estimated together, or why the poses stay those of odometry; `None` where that
+    /// was asked for.
+    pub poses: Option<Result<JointEstimate, OdometryKept>>,
 }
 
 impl Outcome {
@@ -64,10 +68,17 @@ impl Outcome {
     }
 
     /// The log has ended.
-    pub(super) fn end(&mut self, step: Step, map: &[MapFeature], prediction: MapPrediction) {
+    pub(super) fn end(
+        &mut self,
+        step: Step,
+        map: &[MapFeature],
+        prediction: MapPrediction,
+        poses: Option<Result<JointEstimate, OdometryKept>>,
+    ) {
         self.extractions.extend(step.extractions);
         self.associated_readings = associated(&self.extractions);
-        self.map = map.to_vec();
+        self.poses = poses;
+        self.map = self.joint().map_or(map, |joint| &joint.features).to_vec();
         self.prediction = prediction;
         for report in &step.reports {
             *self.labels.entry(report.label.name()).or_default() += 1;
@@ -77,6 +88,11 @@ impl Outcome {
             self.suspects += u64::from(report.is_suspect());
         }
         self.reports = step.reports;
+    }
+
+    /// Poses and features estimated together, where they were.
+    pub fn joint(&self) -> Option<&JointEstimate> {
+        self.poses.as_ref()?.as_ref().ok()
     }
 
     /// How many arcs have a label.

@@ -2,10 +2,11 @@
 //! are looked at again.
 
 mod backing;
-mod corners;
-mod ends;
+pub mod corners;
+pub mod ends;
+mod foretold;
 mod fusion;
-mod refine;
+pub mod refine;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -178,15 +179,27 @@ impl Map {
         let mut settled = self.put(self.doubtful());
         settled.extend(self.put(self.unbacked(hardly)));
         settled.extend(self.end_walls());
-        if self.departures.gather {
-            let ending = self.departures.end_at_corners;
-            settled.extend(self.put(refine::refine(&self.features, arcs, &self.bounds, ending)));
-            settled.extend(self.end_walls());
-        }
+        settled.extend(self.gather(arcs));
         if self.departures.join_corners {
+            let foretold = self.put(foretold::confirm(&self.features, &self.lone, arcs, hardly));
+            if !foretold.is_empty() {
+                settled.extend(foretold);
+                settled.extend(self.gather(arcs));
+            }
             settled.extend(self.put(corners::join(&self.features)));
             settled.extend(self.end_walls());
         }
+        settled
+    }
+
+    /// Fits features anew to all readings, if the rule says so.
+    fn gather(&mut self, arcs: &[Arc]) -> Vec<MapFeature> {
+        if !self.departures.gather {
+            return Vec::new();
+        }
+        let ending = self.departures.end_at_corners;
+        let mut settled = self.put(refine::refine(&self.features, arcs, &self.bounds, ending));
+        settled.extend(self.end_walls());
         settled
     }
 

@@ -134,6 +134,11 @@ impl Association {
         }
     }
 
+    /// Whether it may have come from the end of a wall as well as from its corner.
+    pub fn is_near_end(&self) -> bool {
+        self.near_end
+    }
+
     /// Every feature that explains the reading.
     pub fn all(&self) -> &[u32] {
         &self.any

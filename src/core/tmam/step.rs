@@ -19,6 +19,8 @@ pub struct Step {
     pub extractions: Vec<Extraction>,
     /// Map features that changed at the end of the log: their status, or where they end.
     pub settled: Vec<MapFeature>,
+    /// Map features that turned out, at the end of the log, to be the same as others, and are gone.
+    pub absorbed: Vec<u32>,
     /// At the end of the log, every arc by frame and sonar, with all that is known of it.
     pub reports: Vec<ArcReport>,
 }

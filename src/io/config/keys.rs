@@ -54,6 +54,7 @@ const fn key(path: &'static str, unit: Unit, bounds: Bounds, doc: &'static str) 
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
     key("rule", Plain, Any, "how arcs are labelled: \"paper\" or \"noise-aware\""),
+    key("poses", Plain, Any, "noise-aware: \"odometry\", or \"joint\": estimated with the features"),
 
     key("input.range_topics", Plain, Any, "globs; empty: every topic with a range type"),
     key("input.odometry_topics", Plain, Any, "globs; empty: the one topic with an odometry type"),
@@ -85,6 +86,9 @@ pub const KEYS: &[Key] = &[
     key("noise.sigma_abs", Plain, Above(0.0), "m; where a message gives no variance; default: measured from the ranges"),
     key("noise.sigma_rel", Plain, AtLeast(0.0), "fraction of the range, added in squares"),
     key("noise.sigma_pose", Plain, AtLeast(0.0), "m; how far odometry and clock put a sensor off from reading to reading"),
+    key("noise.odometry_distance", Plain, AtLeast(0.0), "m that odometry is off after a metre; default: found from the ranges"),
+    key("noise.odometry_heading", Degrees, AtLeast(0.0), "deg that its heading is off after a metre; default: found"),
+    key("noise.odometry_turn", Degrees, AtLeast(0.0), "deg that its heading is off after turning by a radian; default: found"),
 
     key("opinion.gate", Plain, Between(0.0, 1000.0), "chi2 below which a line or a point explains a triple"),
     key("opinion.decisive", Plain, AtLeast(0.0), "lead in chi2 of line over point, or the other way, that decides"),

@@ -46,6 +46,9 @@ impl Map {
                 self.features.insert(feature.id, feature);
             }
         }
+        let gone = step.absorbed.iter();
+        let gone = gone.filter_map(|id| self.features.remove(id));
+        gone.for_each(|gone| touch(&gone));
         for feature in &step.settled {
             touch(feature);
             self.features.insert(feature.id, *feature);

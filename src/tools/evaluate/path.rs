@@ -6,7 +6,7 @@ use crate::core::config::Frames;
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Pose2, Vec2, wrap_angle};
 use crate::core::odometry::Track;
-use crate::core::replay::Replay;
+use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::number;
 
 /// A stamped path: nanoseconds on the log's own clock, and `world_from_robot`.
@@ -41,10 +41,14 @@ pub struct PathError {
     pub heading: f64,
 }
 
-/// The path that a replay used: odometry's.
-pub fn used(replay: &Replay<'_>) -> Path {
-    let samples = replay.log().events.odometry.iter();
-    samples.map(|s| (s.stamp_ns, s.world_from_robot)).collect()
+/// The poses of the frames as a replay used them: odometry's, or corrected ones.
+pub fn used(replay: &Replay<'_>, outcome: &Outcome) -> Path {
+    let frames = match &outcome.poses {
+        Some(Ok(joint)) => joint.path.frames(replay.frames()),
+        _ => replay.frames().to_vec(),
+    };
+    let frames = frames.iter();
+    frames.map(|f| (f.stamp_ns, f.world_from_robot)).collect()
 }
 
 impl PathScore {

@@ -247,7 +247,7 @@ impl<'a> Runner<'a> {
         let truth = self.truth(&replay, recorded)?;
         let outcome = replay.run(&mut [])?;
         let truth = truth.map(|truth| {
-            let evaluation = Evaluation::new(&truth, &path::used(&replay), &outcome);
+            let evaluation = Evaluation::new(&truth, &path::used(&replay, &outcome), &outcome);
             TruthScore::new(&evaluation)
         });
         Ok(Score::new(&outcome, truth))

@@ -54,11 +54,22 @@ pub fn join(features: &[MapFeature]) -> Vec<MapFeature> {
     points.chain(lines).collect()
 }
 
+/// The confirmed points of `features` in which two confirmed walls meet, by their ids.
+pub fn meetings(features: &[MapFeature]) -> Vec<(u32, [u32; 2])> {
+    let corners = corners(features).into_iter();
+    corners
+        .filter(|corner| corner.foretold.symmetric_eigenvalues().max() < FORETOLD * FORETOLD)
+        .map(|corner| (corner.feature.id, corner.walls.map(|wall| wall.id)))
+        .collect()
+}
+
 /// A point and the two walls that may meet there.
 struct Corner {
     feature: MapFeature,
     point: Point,
     walls: [MapFeature; 2],
+    /// How well the two walls foretell where they meet.
+    foretold: Matrix2<f64>,
     chi2: f64,
 }
 
@@ -102,6 +113,7 @@ fn best_pair<'a>(
             feature: *feature,
             point,
             walls: [*first, *second],
+            foretold: covariance,
             chi2,
         };
         (chi2 < GATE).then_some((chi2, corner))

@@ -36,6 +36,7 @@ const AT_FIRST: Reach = Reach {
     beyond: 0.0,
     before: 0.5,
     off: 0.05,
+    margin: 0.0,
 };
 
 /// Fits the confirmed features of a map anew to all readings; returns those that changed.

@@ -22,6 +22,8 @@ pub struct Reach {
     pub before: f64,
     /// Off the wall's line; and what the point's covariance says.
     pub off: f64,
+    /// This near to its end the foot of the perpendicular does not tell a wall from its corner, metres.
+    pub margin: f64,
 }
 
 impl Reach {
@@ -31,6 +33,7 @@ impl Reach {
             beyond: max_wall_gap,
             before: CORNER,
             off: CORNER,
+            margin: 0.0,
         }
     }
 }
@@ -44,8 +47,8 @@ pub struct Wall {
     along: Vec2,
     low: f64,
     high: f64,
-    /// Standard deviation of the two ends.
-    blur: f64,
+    /// This near to an end it does not tell whether the wall or its corner echoed.
+    slack: f64,
 }
 
 /// Where the perpendicular from a sensor meets a wall.
@@ -94,7 +97,7 @@ impl Wall {
             along,
             low,
             high,
-            blur: blur_low.max(blur_high),
+            slack: (SIGMAS * blur_low.max(blur_high)).max(reach.margin),
         }
     }
 
@@ -102,7 +105,7 @@ impl Wall {
     /// reading is from its line.
     pub fn explains(&self, arc: &Arc) -> Option<(Place, RangeResidual)> {
         let way = arc.center().dot(&self.along);
-        let slack = SIGMAS * self.blur;
+        let slack = self.slack;
         // Where no corner ends the wall, its outermost readings do: they are on it.
         let within = |low, high| {
             ties::at_least(way, low, ties::LENGTH) && ties::at_most(way, high, ties::LENGTH)

@@ -100,6 +100,7 @@ pub fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> 
                 index,
                 stamp_ns,
                 world_from_robot: pose,
+                correction: None,
                 entries,
             }
         })

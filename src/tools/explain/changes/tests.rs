@@ -153,6 +153,7 @@ fn reports(noise: &[f64], sigma: f64, config: &Config) -> Vec<ArcReport> {
             index,
             stamp_ns,
             world_from_robot: Pose2::new(sensor.x, sensor.y, 0.0),
+            correction: None,
             entries: vec![Entry {
                 sonar: SonarId(0),
                 stamp_ns,

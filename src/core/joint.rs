@@ -1,0 +1,607 @@
+//! Poses and features estimated together, from odometry and from what a replay made of the ranges.
+//!
+//! A replay takes the poses of odometry for true. Where they drift, it sees a wall again somewhere else.
+//! Here the poses are unknowns as well: what was seen twice pulls the path straight
+//! (`docs/algorithm.md`). Batch, at the end of the log: Gauss-Newton over key poses and landmarks.
+
+pub mod arrowhead;
+mod association;
+pub mod drift;
+mod landmark;
+mod merge;
+pub mod path;
+mod problem;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, Matrix2, Vector2};
+
+use self::association::Association;
+use self::drift::Drift;
+use self::landmark::Landmark;
+use self::merge::Seen;
+use self::path::{CorrectedPath, KeyPose, between, key_poses};
+use self::problem::{Fitted, Incidence, Problem, Sighting, Unknowns};
+use crate::core::config::Config;
+use crate::core::frames::Frame;
+use crate::core::geometry::{Pose2, Vec2};
+use crate::core::tmam::arc::{Arc, ArcId};
+use crate::core::tmam::feature::{Kind, MapFeature, Segment, Shape};
+use crate::core::tmam::hypothesis::Gate;
+use crate::core::tmam::map::{corners, ends, refine};
+use crate::core::tmam::prediction::{MapPrediction, Reach};
+use crate::core::tmam::step::Extraction;
+
+/// A landmark has this many readings at least.
+const FEWEST: usize = 3;
+
+/// Fewer landmarks do not hold a path.
+const FEWEST_LANDMARKS: usize = 3;
+
+/// This near to its end a wall is not told from its corner, metres.
+const MARGIN: f64 = 0.05;
+
+/// The noise of odometry before anything is known of it: more than most robots have, since too much costs
+/// little.
+const AT_FIRST: Drift = Drift {
+    distance: 0.02,
+    heading: 0.007,
+    turn: 0.017,
+};
+
+/// Corrected poses must make the ranges likelier by so much in the logarithm: a random walk that is none
+/// does by more in one log of twenty (chi2 with three degrees of freedom, halved).
+const DECISIVE: f64 = 3.9;
+
+/// The share of arcs that may be explained no longer: features that were there twice explained some that
+/// none explains now. A loop that is closed wrongly costs a fifth.
+const SHARE_LOST: f64 = 0.05;
+
+/// Rounds of merging after which it ends in any case.
+const MAX_ROUNDS: usize = 8;
+
+/// Gathering opens the gate of three standard deviations by so many more, in turn.
+const SLACKS: [f64; 3] = [2.0, 1.0, 0.0];
+
+/// How often the noise of odometry is learnt, at most, and what it must gain in the logarithm of the
+/// likelihood to go on.
+const LEARNT: usize = 10;
+const LEARNING_ENDS: f64 = 0.1;
+
+/// Chi2 with one degree of freedom that a merge may cost: one true one in a thousand costs more.
+const COST: f64 = 10.83;
+
+/// What the joint estimate is made from.
+#[derive(Debug)]
+pub struct Evidence<'a> {
+    /// Frames at the poses of odometry.
+    pub frames: &'a [Frame],
+    /// Every arc at the pose of odometry, by frame and sonar.
+    pub arcs: &'a [Arc],
+}
+
+/// Poses and features that fit the ranges and odometry together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointEstimate {
+    /// The path.
+    pub path: CorrectedPath,
+    /// The map; covariances are joint with those of the path.
+    pub features: Vec<MapFeature>,
+    /// The map with the covariances that it has where the path is given.
+    pub features_given_path: Vec<MapFeature>,
+    /// By how much odometry is too short, of distance and of rotation, as shares.
+    pub scales: [f64; 2],
+    /// The noise of odometry: as configured, or found.
+    pub drift: Drift,
+    /// What was seen again, in the order in which it was found out.
+    pub closures: Vec<Closure>,
+    /// Features of the replay that turned out to be others, and are gone.
+    pub absorbed: Vec<u32>,
+    /// Share of the arcs that the map explains, at the poses of odometry and at these.
+    pub explained: [f64; 2],
+}
+
+/// A feature that was taken for two until the poses were corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closure {
+    /// Line or point.
+    pub kind: Kind,
+    /// Where it is, in the world.
+    pub place: Vec2,
+    /// The frames from which on it was seen, as the one and as the other.
+    pub frames: [u32; 2],
+}
+
+/// Why the poses stay those of odometry.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum OdometryKept {
+    /// The ranges are as likely at the poses of odometry.
+    #[error("the ranges agree with odometry: no correction makes them likelier")]
+    Agrees,
+    /// Nothing that the path could be held against.
+    #[error(
+        "too little is seen: {landmarks} features with {FEWEST} readings or more along {keys} key poses"
+    )]
+    TooLittle {
+        /// Features with enough readings.
+        landmarks: usize,
+        /// Key poses of the path.
+        keys: usize,
+    },
+    /// What comes out explains less.
+    #[error(
+        "corrected poses explain {:.1} % of the arcs, odometry {:.1} %: something was taken for something else",
+        100.0 * after, 100.0 * before
+    )]
+    ExplainsLess {
+        /// Share of arcs at the poses of odometry.
+        before: f64,
+        /// Share at the corrected poses.
+        after: f64,
+    },
+    /// Odometry that bad is broken, or its clock or mounts are.
+    #[error(
+        "odometry would be off by {:.0} cm and {:.1} deg after a metre and by {:.1} deg after a turn of a \
+         radian: that is no noise; look for a cause with tmam info",
+        100.0 * .0.distance, .0.heading.to_degrees(), .0.turn.to_degrees()
+    )]
+    Implausible(Drift),
+    /// The equations have no solution.
+    #[error("the ranges do not determine the poses")]
+    Undetermined,
+}
+
+/// The state of an estimate on its way.
+struct Solver<'a> {
+    arcs: &'a [Arc],
+    places: BTreeMap<ArcId, usize>,
+    keys: Vec<KeyPose>,
+    reach: Reach,
+    drift: Drift,
+    /// Whether corners are on the walls that meet in them.
+    join_corners: bool,
+    config: &'a Config,
+}
+
+/// A solved problem, and which landmark is which feature.
+struct Solved {
+    problem: Problem,
+    fitted: Fitted,
+    ids: Vec<u32>,
+}
+
+/// A solved problem, and what was merged on the way to it.
+struct Settled {
+    solved: Solved,
+    closures: Vec<Closure>,
+    absorbed: Vec<u32>,
+}
+
+/// Estimates poses and features together. `extractions` and `map` are those of a replay at the poses of
+/// `start`, or of odometry where that is `None`.
+///
+/// # Errors
+/// Where odometry is to be kept, and why.
+pub fn estimate(
+    evidence: &Evidence,
+    extractions: &[Extraction],
+    map: &[MapFeature],
+    start: Option<&JointEstimate>,
+    config: &Config,
+) -> Result<JointEstimate, OdometryKept> {
+    let mut solver = Solver::new(evidence, start, config);
+    let mut association = Association::of_replay(extractions, map);
+    let counts = association.counts();
+    let landmarks = counts
+        .values()
+        .filter(|(count, _)| *count >= FEWEST)
+        .count();
+    if solver.keys.len() < 2 || landmarks < FEWEST_LANDMARKS {
+        return Err(OdometryKept::TooLittle {
+            landmarks,
+            keys: solver.keys.len(),
+        });
+    }
+    let before = match start {
+        Some(start) => start.explained[0],
+        None => explained(map, evidence.arcs, &Reach::of(config.map.max_wall_gap)),
+    };
+    let Settled {
+        solved,
+        closures,
+        absorbed,
+    } = solver
+        .settle(&mut association, start)
+        .ok_or(OdometryKept::Undetermined)?;
+    let undetermined = OdometryKept::Undetermined;
+    if start.is_none()
+        && !solver
+            .is_likelier(&association, &solved)
+            .ok_or(undetermined)?
+    {
+        return Err(OdometryKept::Agrees);
+    }
+    if solver.drift.is_implausible() {
+        return Err(OdometryKept::Implausible(solver.drift));
+    }
+    let shared = solved.fitted.factor.shared_covariance();
+    let mut path = solver.path(&solved.fitted);
+    let covariances = solved.fitted.factor.pose_covariances(&shared);
+    path.covariances = covariances.ok_or(undetermined)?.own;
+    let features_given_path = association.features;
+    let arcs = solver.corrected(&path, 1.0);
+    let after = explained(
+        &features_given_path,
+        &arcs,
+        &Reach::of(config.map.max_wall_gap),
+    );
+    if after < before - SHARE_LOST {
+        return Err(OdometryKept::ExplainsLess { before, after });
+    }
+    Ok(JointEstimate {
+        path,
+        features: solved.joint(&features_given_path, &shared, &solver),
+        features_given_path,
+        scales: solved.fitted.unknowns.scales.into(),
+        drift: solver.drift,
+        closures,
+        absorbed,
+        explained: [before, after],
+    })
+}
+
+/// The noise of odometry, as far as the configuration does not say it.
+fn given(found: Drift, config: &Config) -> Drift {
+    Drift {
+        distance: config.noise.odometry_distance.unwrap_or(found.distance),
+        heading: config.noise.odometry_heading.unwrap_or(found.heading),
+        turn: config.noise.odometry_turn.unwrap_or(found.turn),
+    }
+}
+
+/// The share of arcs that a map explains.
+fn explained(map: &[MapFeature], arcs: &[Arc], reach: &Reach) -> f64 {
+    let prediction = MapPrediction::new(map, reach);
+    let explained = arcs
+        .iter()
+        .filter(|arc| !prediction.associate(arc).all().is_empty());
+    explained.count() as f64 / arcs.len().max(1) as f64
+}
+
+impl<'a> Solver<'a> {
+    fn new(evidence: &Evidence<'a>, start: Option<&JointEstimate>, config: &'a Config) -> Self {
+        Self {
+            arcs: evidence.arcs,
+            places: (evidence.arcs.iter().enumerate())
+                .map(|(place, arc)| (arc.id, place))
+                .collect(),
+            reach: Reach {
+                margin: MARGIN,
+                ..Reach::of(config.map.max_wall_gap)
+            },
+            drift: start.map_or_else(|| given(AT_FIRST, config), |start| start.drift),
+            config,
+            keys: key_poses(evidence.frames),
+            join_corners: false,
+        }
+    }
+
+    /// Solves, merges what is one, learns the noise of odometry, and gathers readings.
+    fn settle(
+        &mut self,
+        association: &mut Association,
+        start: Option<&JointEstimate>,
+    ) -> Option<Settled> {
+        let (poses, scales) = match start {
+            Some(start) => (start.path.world_from_robot.clone(), start.scales.into()),
+            None => {
+                let poses = self.keys.iter().map(|key| key.odom_from_robot);
+                (poses.collect(), Vector2::zeros())
+            }
+        };
+        let mut settled = Settled {
+            solved: self.solve(association, poses, scales)?,
+            closures: start.map_or_else(Vec::new, |start| start.closures.clone()),
+            absorbed: Vec::new(),
+        };
+        self.merge(association, &mut settled)?;
+        self.learn(association, &mut settled.solved)?;
+        for slack in SLACKS {
+            let path = self.path(&settled.solved.fitted);
+            let arcs = self.corrected(&path, 1.0 + slack / 3.0);
+            *association = association.gathered(&arcs, &self.reach);
+            settled.solved = self.again(association, &settled.solved)?;
+            self.merge(association, &mut settled)?;
+        }
+        self.join_corners = self.config.noise_aware.join_corners;
+        settled.solved = self.again(association, &settled.solved)?;
+        self.learn(association, &mut settled.solved)?;
+        Some(settled)
+    }
+
+    /// Whether the ranges are likelier with the noise of odometry that was found than without any.
+    fn is_likelier(&mut self, association: &Association, solved: &Solved) -> Option<bool> {
+        let found = std::mem::replace(&mut self.drift, Drift::NONE);
+        let without = self.again(&mut association.clone(), solved);
+        self.drift = found;
+        Some(solved.log_evidence() > without?.log_evidence() + DECISIVE)
+    }
+}
+
+impl Solver<'_> {
+    /// Solves for the landmarks that have enough readings, and puts them where they are then.
+    fn solve(
+        &self,
+        association: &mut Association,
+        poses: Vec<Pose2>,
+        scales: Vector2<f64>,
+    ) -> Option<Solved> {
+        // In the order in which they are first seen: the poses before have nothing to do with them.
+        let mut ids: Vec<(ArcId, u32)> = (association.counts().iter())
+            .filter(|(_, (count, _))| *count >= FEWEST)
+            .map(|(id, (_, first))| (*first, *id))
+            .collect();
+        ids.sort_unstable();
+        let ids: Vec<u32> = ids.into_iter().map(|(_, id)| id).collect();
+        let by_id = self.landmark_places(&ids);
+        let landmark = |id: &u32| Some(Landmark::of(&association.feature(*id)?.shape));
+        let landmarks: Option<Vec<Landmark>> = ids.iter().map(landmark).collect();
+        let sightings = association
+            .owners
+            .iter()
+            .filter_map(|(arc, owner)| self.sighting(arc, *by_id.get(owner)?));
+        let incidences = self.incidences(association, &by_id);
+        let problem = Problem::new(&self.keys, sightings.collect(), incidences, self.drift)?;
+        let fitted = problem.solve(Unknowns {
+            poses,
+            landmarks: landmarks?,
+            scales,
+        })?;
+        let solved = Solved {
+            problem,
+            fitted,
+            ids,
+        };
+        solved.place(association, self);
+        Some(solved)
+    }
+
+    /// Corners on the two walls that meet in them.
+    fn incidences(
+        &self,
+        association: &Association,
+        places: &BTreeMap<u32, usize>,
+    ) -> Vec<Incidence> {
+        if !self.join_corners {
+            return Vec::new();
+        }
+        let meetings = corners::meetings(&association.features).into_iter();
+        meetings
+            .filter_map(|(point, lines)| {
+                let point = *places.get(&point)?;
+                let [a, b] = [places.get(&lines[0])?, places.get(&lines[1])?];
+                Some([a, b].map(|line| Incidence { point, line: *line }))
+            })
+            .flatten()
+            .collect()
+    }
+
+    /// Learns the noise of odometry: expectation maximisation, whose strides grow as long as they make the
+    /// ranges more likely; it is slow where ranges tell little.
+    fn learn(&mut self, association: &mut Association, solved: &mut Solved) -> Option<()> {
+        let mut stride = 1.0;
+        for _ in 0..LEARNT {
+            let evidence = solved.log_evidence();
+            let before = self.drift;
+            let learnt = solved.problem.learn(&solved.fitted)?;
+            self.drift = given(before.towards(&learnt, stride), self.config);
+            let mut found = self.again(association, solved)?;
+            if found.log_evidence() < evidence && stride > 1.0 {
+                stride = 1.0;
+                self.drift = given(before.towards(&learnt, stride), self.config);
+                found = self.again(association, solved)?;
+            } else {
+                stride *= 2.0;
+            }
+            let gained = found.log_evidence() - evidence;
+            *solved = found;
+            if gained.abs() < LEARNING_ENDS {
+                break;
+            }
+        }
+        Some(())
+    }
+
+    fn again(&self, association: &mut Association, solved: &Solved) -> Option<Solved> {
+        let now = &solved.fitted.unknowns;
+        self.solve(association, now.poses.clone(), now.scales)
+    }
+
+    fn landmark_places(&self, ids: &[u32]) -> BTreeMap<u32, usize> {
+        ids.iter().enumerate().map(|(at, id)| (*id, at)).collect()
+    }
+
+    fn sighting(&self, arc: &ArcId, landmark: usize) -> Option<Sighting> {
+        let arc = self.arcs.get(*self.places.get(arc)?)?;
+        let at = between(&self.keys, arc.stamp_ns);
+        let from = |key: usize| {
+            let key = self.keys.get(key)?;
+            Some(key.odom_from_robot.inverse_transform(arc.center()))
+        };
+        Some(Sighting {
+            arc: arc.id,
+            landmark,
+            earlier: at.earlier,
+            share: at.share,
+            robot_from_sensor: [from(at.earlier)?, from(at.earlier + 1)?],
+            range: arc.range,
+            variance: arc.variance,
+        })
+    }
+
+    fn path(&self, fitted: &Fitted) -> CorrectedPath {
+        CorrectedPath {
+            keys: self.keys.clone(),
+            world_from_robot: fitted.unknowns.poses.clone(),
+            covariances: Vec::new(),
+        }
+    }
+
+    /// Every arc where the path has it, with a deviation so many times its own.
+    fn corrected(&self, path: &CorrectedPath, wider: f64) -> Vec<Arc> {
+        let arcs = self.arcs.iter();
+        arcs.map(|arc| Arc {
+            world_from_sensor: path.correct(arc.stamp_ns, &arc.world_from_sensor),
+            variance: arc.variance * wider * wider,
+            ..*arc
+        })
+        .collect()
+    }
+
+    /// Merges what is one, as long as the cost does not jump.
+    fn merge(&self, association: &mut Association, settled: &mut Settled) -> Option<()> {
+        let Settled {
+            solved,
+            closures,
+            absorbed,
+        } = settled;
+        for _ in 0..MAX_ROUNDS {
+            let mut pairs = solved.pairs(association);
+            loop {
+                if pairs.is_empty() {
+                    return Some(());
+                }
+                let mut tried = association.clone();
+                for (kept, gone) in &pairs {
+                    tried.merge(*kept, *gone, self.config.map.confirm_runs);
+                }
+                let found = self.again(&mut tried, solved);
+                let allowed = Gate::new(COST).at(2 * pairs.len());
+                match found {
+                    Some(found) if found.fitted.cost - solved.fitted.cost <= allowed => {
+                        closures.extend(pairs.iter().filter_map(|pair| closure(association, pair)));
+                        absorbed.extend(pairs.iter().map(|(_, gone)| *gone));
+                        *association = tried;
+                        *solved = found;
+                        break;
+                    }
+                    _ => pairs.truncate(pairs.len() / 2),
+                }
+            }
+        }
+        Some(())
+    }
+}
+
+fn closure(association: &Association, (kept, gone): &(u32, u32)) -> Option<Closure> {
+    let counts = association.counts();
+    let first = |id: &u32| counts.get(id).map(|(_, arc)| arc.frame);
+    let shape = association.feature(*kept)?.shape;
+    Some(Closure {
+        kind: shape.kind(),
+        place: match shape {
+            Shape::Line(segment) => segment.mid,
+            Shape::Point(point) => point.position,
+        },
+        frames: [first(kept)?, first(gone)?],
+    })
+}
+
+impl Solved {
+    fn log_evidence(&self) -> f64 {
+        self.problem.log_evidence(&self.fitted)
+    }
+
+    /// Pairs of features that are one, as (id that stays, id that goes).
+    fn pairs(&self, association: &Association) -> Vec<(u32, u32)> {
+        let landmarks = self.fitted.unknowns.landmarks.iter().zip(&self.ids);
+        let seen: Vec<Seen> = landmarks
+            .enumerate()
+            .map(|(place, (landmark, id))| Seen {
+                landmark: *landmark,
+                extent: extent(association, *id),
+                at: 2 + 2 * place,
+            })
+            .collect();
+        let pairs = merge::pairs(&seen, self.fitted.factor.shared_covariance());
+        let ids = pairs.iter().filter_map(|pair| {
+            let (a, b) = (*self.ids.get(pair.first)?, *self.ids.get(pair.second)?);
+            Some((a, b))
+        });
+        ids.collect()
+    }
+
+    /// Puts the features where the landmarks are, with the covariances that they have given the path.
+    fn place(&self, association: &mut Association, solver: &Solver) {
+        let unknowns = &self.fitted.unknowns;
+        let mut information = vec![Matrix2::zeros(); self.ids.len()];
+        let mut sensors = vec![Vec::new(); self.ids.len()];
+        for sighting in self.problem.sightings() {
+            let at = sighting.landmark;
+            if let Some(sensor) = sighting.sensor(&unknowns.poses)
+                && let Some(landmark) = unknowns.landmarks.get(at)
+                && let Some(predicted) = landmark.predict(sensor)
+                && let Some(information) = information.get_mut(at)
+                && let Some(sensors) = sensors.get_mut(at)
+            {
+                let by = predicted.by_landmark;
+                *information += by.transpose() * by / sighting.variance;
+                sensors.push(sensor);
+            }
+        }
+        let readings: Vec<usize> = sensors.iter().map(Vec::len).collect();
+        let places = solver.landmark_places(&self.ids);
+        for (arc, id) in &association.by_runs {
+            if let Some(at) = places.get(id)
+                && let Some(sensors) = sensors.get_mut(*at)
+                && let Some(sighting) = solver.sighting(arc, *at)
+            {
+                sensors.extend(sighting.sensor(&unknowns.poses));
+            }
+        }
+        for feature in &mut association.features {
+            if let Some(at) = places.get(&feature.id)
+                && let Some(landmark) = unknowns.landmarks.get(*at)
+                && let Some(covariance) = information.get(*at).and_then(|i| i.try_inverse())
+                && let (Some(sensors), Some(readings)) = (sensors.get(*at), readings.get(*at))
+            {
+                feature.shape = landmark.shape(covariance, sensors);
+                feature.readings = u32::try_from(*readings).unwrap_or(u32::MAX);
+            }
+        }
+        if solver.config.noise_aware.end_at_corners {
+            let points = refine::confirmed_points(&association.features);
+            for feature in &mut association.features {
+                feature.shape = ends::cut(feature.shape, &points);
+            }
+        }
+    }
+
+    /// The features with their joint covariances.
+    fn joint(
+        &self,
+        features: &[MapFeature],
+        shared: &DMatrix<f64>,
+        solver: &Solver,
+    ) -> Vec<MapFeature> {
+        let places = solver.landmark_places(&self.ids);
+        let mut joint = features.to_vec();
+        for feature in &mut joint {
+            if let Some(at) = places.get(&feature.id)
+                && let Some(landmark) = self.fitted.unknowns.landmarks.get(*at)
+            {
+                let block = shared.fixed_view::<2, 2>(2 + 2 * at, 2 + 2 * at);
+                feature.shape = landmark.covering(block.into_owned(), &feature.shape);
+            }
+        }
+        joint
+    }
+}
+
+/// Where a line reaches.
+fn extent(association: &Association, id: u32) -> Option<Segment> {
+    match association.feature(id)?.shape {
+        Shape::Line(segment) => Some(segment),
+        Shape::Point(_) => None,
+    }
+}
