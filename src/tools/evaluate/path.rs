@@ -1,13 +1,15 @@
 //! A path against the one that the robot really drove.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::core::config::Frames;
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Pose2, Vec2, wrap_angle};
+use crate::core::joint::path::CorrectedPath;
 use crate::core::odometry::Track;
 use crate::core::replay::{Outcome, Replay};
-use crate::core::rounding::number;
+use crate::core::rounding::{number, rounded};
 
 /// A stamped path: nanoseconds on the log's own clock, and `world_from_robot`.
 pub type Path = Vec<(i64, Pose2)>;
@@ -25,6 +27,10 @@ pub struct PathScore {
     /// With the whole path laid on the true one by the rotation and translation that leave the least
     /// squares of positions (Umeyama 1991, without scale): the absolute trajectory error.
     pub aligned: PathError,
+    /// Normalised error squared of the key poses per degree of freedom, with the first pose laid on the
+    /// true one: 1 on average where their covariances are honest. Where poses were estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees: Option<f64>,
 }
 
 /// The errors along a path.
@@ -41,14 +47,16 @@ pub struct PathError {
     pub heading: f64,
 }
 
-/// The poses of the frames as a replay used them: odometry's, or corrected ones.
+/// The path that a replay used: odometry's, corrected where it was.
 pub fn used(replay: &Replay<'_>, outcome: &Outcome) -> Path {
-    let frames = match &outcome.poses {
-        Some(Ok(joint)) => joint.path.frames(replay.frames()),
-        _ => replay.frames().to_vec(),
+    let corrected = |sample: &OdometrySample| match outcome.joint() {
+        Some(joint) => joint
+            .path
+            .correct(sample.stamp_ns, &sample.world_from_robot),
+        None => sample.world_from_robot,
     };
-    let frames = frames.iter();
-    frames.map(|f| (f.stamp_ns, f.world_from_robot)).collect()
+    let samples = replay.log().events.odometry.iter();
+    samples.map(|s| (s.stamp_ns, corrected(s))).collect()
 }
 
 impl PathScore {
@@ -73,7 +81,42 @@ impl PathScore {
             length: ways.fold(0.0, |sum, way| sum + way),
             from_first: PathError::of(&pairs, true_first.compose(&first.inverse())),
             aligned: PathError::of(&pairs, alignment(&pairs)),
+            nees: None,
         })
+    }
+
+    /// The same with the normalised error of an estimated path.
+    pub fn with_nees(self, path: &CorrectedPath, truth: &[OdometrySample]) -> Self {
+        let bounds = Frames {
+            max_odometry_gap: f64::INFINITY,
+            ..Frames::default()
+        };
+        let track = Track::new(truth, &bounds);
+        let keys = path.keys.iter().zip(&path.world_from_robot);
+        let known = keys
+            .filter_map(|(key, pose)| Some((*pose, track.world_from_robot(key.stamp_ns).ok()?)));
+        let known: Vec<(Pose2, Pose2)> = known.collect();
+        let Some((first, true_first)) = known.first() else {
+            return self;
+        };
+        let path_from_truth = first.compose(&true_first.inverse());
+        let errors = known.iter().zip(&path.covariances).skip(1);
+        let errors: Vec<f64> = errors
+            .filter_map(|((pose, known), covariance)| {
+                let known = path_from_truth.compose(known);
+                let off = Vector3::new(
+                    pose.x - known.x,
+                    pose.y - known.y,
+                    wrap_angle(pose.yaw - known.yaw),
+                );
+                Some(off.dot(&(covariance.try_inverse()? * off)) / 3.0)
+            })
+            .collect();
+        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+        Self {
+            nees: (!errors.is_empty()).then(|| rounded(mean)),
+            ..self
+        }
     }
 }
 
