@@ -22,6 +22,7 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
 use rerun::external::uuid::Uuid;
 
 use super::canvas::Canvas;
+use super::entity::Entity;
 use super::plane::Bounds;
 use crate::observe::viewer::Error;
 pub use writer::{FIRST_UUID, Part, Writer};
@@ -44,6 +45,8 @@ pub struct Layout {
     pub stamp: Timeline,
     /// Whether it holds an evaluation.
     pub evaluated: bool,
+    /// Whether poses were corrected.
+    pub corrected: bool,
     /// The frame to open at; the last one where not given.
     pub first: Option<u32>,
 }
@@ -69,6 +72,11 @@ pub enum Id {
     Chi2Line,
     Chi2Point,
     Evaluation,
+    Below,
+    Correction,
+    Moved,
+    Turned,
+    Poses,
 }
 
 impl Part for Id {
@@ -87,6 +95,8 @@ impl Part for Id {
                 | Self::Point
                 | Self::Lanes
                 | Self::Scene
+                | Self::Below
+                | Self::Correction
         )
     }
 }
@@ -133,11 +143,17 @@ pub fn put(layout: &Layout, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         )?;
         tabs.insert(1, Id::Evaluation);
     }
+    let mut below = Id::Events;
+    if layout.corrected {
+        correction(&mut w)?;
+        tabs.push(Id::Poses);
+        below = Id::Below;
+    }
     w.container(Id::Scene, ContainerKind::Tabs, &tabs, &[])?;
     w.container(
         Id::Left,
         ContainerKind::Vertical,
-        &[Id::Scene, Id::Events],
+        &[Id::Scene, below],
         &[3.0, 1.0],
     )?;
     let (lanes, angles) = heights(layout.lanes);
@@ -226,12 +242,40 @@ fn map(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
             },
         })
     };
-    w.put(
-        ViewContents::blueprint_base_visualizer_path_for_entity(
-            Id::Map.uuid(),
-            &"/world/trajectory".into(),
-        ),
-        &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+    let accumulated: &[Entity] = if layout.corrected {
+        &[Entity::Trajectory, Entity::OdometryPath, Entity::Closures]
+    } else {
+        &[Entity::Trajectory]
+    };
+    for entity in accumulated {
+        w.put(
+            ViewContents::blueprint_base_visualizer_path_for_entity(
+                Id::Map.uuid(),
+                &entity.path().into(),
+            ),
+            &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+        )?;
+    }
+    Ok(())
+}
+
+/// How far the poses were moved and turned, beside the events, and the page that says how to read it.
+fn correction(w: &mut Writer<'_, '_>) -> Result<(), Error> {
+    w.view(Id::Poses, "TextDocument", "Poses", &["+ /about/poses"])?;
+    for (id, name, path) in [
+        (Id::Moved, "poses moved [m]", "+ /correction/moved"),
+        (Id::Turned, "turned [deg]", "+ /correction/turned"),
+    ] {
+        w.view(id, "TimeSeries", name, &[path])?;
+        link(w, id)?;
+    }
+    let plots = [Id::Moved, Id::Turned];
+    w.container(Id::Correction, ContainerKind::Tabs, &plots, &[])?;
+    w.container(
+        Id::Below,
+        ContainerKind::Horizontal,
+        &[Id::Events, Id::Correction],
+        &[1.6, 1.0],
     )
 }
 

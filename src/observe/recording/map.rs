@@ -176,7 +176,7 @@ fn band(segment: &Segment) -> Vec<Vec2> {
 }
 
 /// The ellipse at [`SIGMAS`] around a point, closed.
-fn ellipse(point: &Point) -> Vec<Vec2> {
+pub fn ellipse(point: &Point) -> Vec<Vec2> {
     const STEPS: u32 = 24;
     let (a, b, d) = (
         point.covariance.m11,
