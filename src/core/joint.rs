@@ -97,6 +97,8 @@ pub struct JointEstimate {
     pub closures: Vec<Closure>,
     /// Features of the replay that turned out to be others, and are gone.
     pub absorbed: Vec<u32>,
+    /// Each arc's sensor as odometry has it.
+    pub odom_from_sensor: BTreeMap<ArcId, Pose2>,
     /// Share of the arcs that the map explains, at the poses of odometry and at these.
     pub explained: [f64; 2],
 }
@@ -235,6 +237,9 @@ pub fn estimate(
         drift: solver.drift,
         closures,
         absorbed,
+        odom_from_sensor: (evidence.arcs.iter())
+            .map(|arc| (arc.id, arc.world_from_sensor))
+            .collect(),
         explained: [before, after],
     })
 }

@@ -24,6 +24,8 @@ struct File<'a> {
     source: &'a Source,
     config: &'a Config,
     counts: Counts<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poses: Option<Poses>,
     features: Vec<Feature<'a>>,
     map: Map,
 }
@@ -42,6 +44,83 @@ struct Counts<'a> {
     associated_readings: u64,
     surplus: u64,
     dropped: &'a BTreeMap<&'static str, u64>,
+}
+
+/// Where the poses come from: odometry, or odometry and ranges together.
+#[derive(Debug, Serialize)]
+#[serde(tag = "from", rename_all = "kebab-case")]
+enum Poses {
+    Odometry {
+        reason: String,
+    },
+    Joint {
+        /// Of the path, metres.
+        length: f64,
+        /// How far the last pose was moved, metres, and its standard deviations over (x, y, yaw).
+        end_correction: f64,
+        end_sigma: [f64; 3],
+        /// By how much odometry is too short, as shares.
+        scale_distance: f64,
+        scale_rotation: f64,
+        odometry_noise: Drift,
+        /// Share of the arcs that the map explains.
+        explained_before: f64,
+        explained: f64,
+        closures: Vec<Closure>,
+    },
+}
+
+/// Standard deviations after a metre, metres and radians, and after turning by a radian.
+#[derive(Debug, Serialize)]
+struct Drift {
+    distance: f64,
+    heading: f64,
+    turn: f64,
+}
+
+/// What was taken for two features until the poses were corrected.
+#[derive(Debug, Serialize)]
+struct Closure {
+    kind: &'static str,
+    x: f64,
+    y: f64,
+    frames: [u32; 2],
+}
+
+impl Poses {
+    fn of(outcome: &Outcome) -> Option<Self> {
+        let joint = match outcome.poses.as_ref()? {
+            Ok(joint) => joint,
+            Err(kept) => {
+                return Some(Self::Odometry {
+                    reason: kept.to_string(),
+                });
+            }
+        };
+        let end = joint.path.covariances.last().copied().unwrap_or_default();
+        let closures = joint.closures.iter().map(|closure| Closure {
+            kind: closure.kind.name(),
+            x: rounded(closure.place.x),
+            y: rounded(closure.place.y),
+            frames: closure.frames,
+        });
+        Some(Self::Joint {
+            length: rounded(outcome.distance),
+            end_correction: rounded(joint.path.end_correction()),
+            end_sigma: [end.m11, end.m22, end.m33]
+                .map(|variance| rounded(variance.max(0.0).sqrt())),
+            scale_distance: rounded(joint.scales[0]),
+            scale_rotation: rounded(joint.scales[1]),
+            odometry_noise: Drift {
+                distance: rounded(joint.drift.distance),
+                heading: rounded(joint.drift.heading),
+                turn: rounded(joint.drift.turn),
+            },
+            explained_before: rounded(joint.explained[0]),
+            explained: rounded(joint.explained[1]),
+            closures: closures.collect(),
+        })
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -159,6 +238,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
             surplus: outcome.tally.surplus,
             dropped: &outcome.tally.dropped,
         },
+        poses: Poses::of(outcome),
         features: extractions.map(|one| feature(one, setting)).collect(),
         map: Map {
             lines: map_of(Kind::Line),

@@ -5,6 +5,8 @@ use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use crate::core::config::Rule;
+use crate::core::joint::JointEstimate;
+use crate::core::joint::drift::Drift;
 use crate::core::legible::{legible, one_line};
 use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
@@ -147,7 +149,52 @@ fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Re
         let what = format!("{from}; noise.sigma_abs overrules it");
         writeln!(text, "{:<10} {:>4.1} mm  {what}", "noise", sigma * 1e3)?;
     }
+    match &outcome.poses {
+        Some(Ok(joint)) => write_joint(text, joint)?,
+        Some(Err(kept)) => writeln!(text, "{:<10} odometry's: {kept}", "poses")?,
+        None => {}
+    }
     write_features(text, setting, outcome)
+}
+
+/// What became of the poses of odometry.
+fn write_joint(text: &mut String, joint: &JointEstimate) -> fmt::Result {
+    let end = joint.path.covariances.last().copied().unwrap_or_default();
+    let sigma = (end.m11 + end.m22).max(0.0).sqrt();
+    writeln!(
+        text,
+        "{:<10} corrected, the last one by {:.2} m (sigma {:.3} m): {:.1} % of the arcs are explained, {:.1} % were",
+        "poses",
+        joint.path.end_correction(),
+        sigma,
+        100.0 * joint.explained[1],
+        100.0 * joint.explained[0],
+    )?;
+    let Drift {
+        distance,
+        heading,
+        turn,
+    } = joint.drift;
+    writeln!(
+        text,
+        "{:<10} odometry is off by {:.1} cm and {:.2} deg after a metre, {:.2} deg after a radian; \
+         {:+.1} % too short, {:+.1} % of turns",
+        "",
+        100.0 * distance,
+        heading.to_degrees(),
+        turn.to_degrees(),
+        100.0 * joint.scales[0],
+        100.0 * joint.scales[1],
+    )?;
+    match joint.closures.len() as u64 {
+        0 => Ok(()),
+        n => writeln!(
+            text,
+            "{:<10} {} seen again as one",
+            "",
+            plural(n, "feature")
+        ),
+    }
 }
 
 fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {

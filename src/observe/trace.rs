@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use crate::core::event::Sonar;
+use crate::core::geometry::Pose2;
 use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
 use crate::core::tmam::report::ArcReport;
@@ -19,6 +20,9 @@ struct Row<'a> {
     x: f64,
     y: f64,
     yaw: f64,
+    /// The sensor as odometry has it, where poses were corrected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    odometry: Option<[f64; 3]>,
     range: f64,
     label: &'static str,
     reason: Option<&'static str>,
@@ -46,14 +50,16 @@ struct Row<'a> {
 /// # Errors
 /// When `out` cannot be written.
 pub fn write(mut out: impl Write, sonars: &[Sonar], outcome: &Outcome) -> io::Result<()> {
+    let joint = outcome.joint();
     for report in &outcome.reports {
-        serde_json::to_writer(&mut out, &row(report, sonars))?;
+        let odometry = joint.and_then(|joint| joint.odom_from_sensor.get(&report.arc.id));
+        serde_json::to_writer(&mut out, &row(report, sonars, odometry))?;
         out.write_all(b"\n")?;
     }
     Ok(())
 }
 
-fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
+fn row<'a>(report: &ArcReport, sonars: &'a [Sonar], odometry: Option<&Pose2>) -> Row<'a> {
     let arc = &report.arc;
     let (triple, window) = (report.triple.as_ref(), report.window());
     let points = |of: fn(&Angles) -> &OnMiddle| {
@@ -68,6 +74,7 @@ fn row<'a>(report: &ArcReport, sonars: &'a [Sonar]) -> Row<'a> {
         x: rounded(arc.world_from_sensor.x),
         y: rounded(arc.world_from_sensor.y),
         yaw: rounded(arc.world_from_sensor.yaw),
+        odometry: odometry.map(|pose| [pose.x, pose.y, pose.yaw].map(rounded)),
         range: rounded(arc.range),
         label: report.label.name(),
         reason: report.label.reason().map(|reason| reason.name()),
