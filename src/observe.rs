@@ -3,6 +3,7 @@
 pub mod carried;
 pub mod drawing;
 pub mod features;
+pub mod path_file;
 pub mod progress;
 #[cfg(feature = "viewer")]
 pub mod recording;
