@@ -27,7 +27,6 @@ use crate::core::frames::Frame;
 use crate::core::geometry::Pose2;
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{MapFeature, Segment, Shape};
-use crate::core::tmam::hypothesis::Gate;
 use crate::core::tmam::map::{corners, ends, refine};
 use crate::core::tmam::prediction::{MapPrediction, Reach};
 use crate::core::tmam::step::{Closure, Extraction};
@@ -53,9 +52,9 @@ const AT_FIRST: Drift = Drift {
 /// does by more in one log of twenty (chi2 with three degrees of freedom, halved).
 const DECISIVE: f64 = 3.9;
 
-/// The share of arcs that may be explained no longer: features that were there twice explained some that
-/// none explains now. A loop that is closed wrongly costs a fifth.
-const SHARE_LOST: f64 = 0.05;
+/// Of the arcs that are explained, the share that may be so no longer: features that were there twice
+/// explained some that none explains now. A loop that is closed wrongly costs a fifth.
+const SHARE_LOST: f64 = 0.03;
 
 /// Rounds of merging after which it ends in any case.
 const MAX_ROUNDS: usize = 8;
@@ -68,8 +67,10 @@ const SLACKS: [f64; 3] = [2.0, 1.0, 0.0];
 const LEARNT: usize = 10;
 const LEARNING_ENDS: f64 = 0.1;
 
-/// Chi2 with one degree of freedom that a merge may cost: one true one in a thousand costs more.
-const COST: f64 = 10.83;
+/// Chi2 that merges may cost: each so much on average (of a true one it has two degrees of freedom), and
+/// all of them together so much more.
+const COST_EACH: f64 = 4.0;
+const COST_OF_ALL: f64 = 16.0;
 
 /// What the joint estimate is made from.
 #[derive(Debug)]
@@ -226,7 +227,7 @@ pub fn estimate(
         &arcs,
         &Reach::of(config.map.max_wall_gap),
     );
-    if after < before - SHARE_LOST {
+    if after < before * (1.0 - SHARE_LOST) {
         return Err(OdometryKept::ExplainsLess { before, after });
     }
     Ok(JointEstimate {
@@ -470,7 +471,7 @@ impl Solver<'_> {
                     tried.merge(*kept, *gone, self.config.map.confirm_runs);
                 }
                 let found = self.again(&mut tried, solved);
-                let allowed = Gate::new(COST).at(2 * pairs.len());
+                let allowed = COST_EACH * pairs.len() as f64 + COST_OF_ALL;
                 match found {
                     Some(found) if found.fitted.cost - solved.fitted.cost <= allowed => {
                         closures.extend(pairs.iter().filter_map(|pair| closure(association, pair)));

@@ -5,7 +5,7 @@
 //! All loops are our own, in one order: libraries that choose their instructions when they run give other
 //! bytes on other machines.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, SMatrix, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, Vector3};
 
 /// `J^T R^-1 J` and `J^T R^-1 r` over poses (three unknowns each) and shared unknowns.
 #[derive(Debug, Clone)]
@@ -111,47 +111,33 @@ impl Arrowhead {
         let mut poses: Vec<PoseFactor> = Vec::with_capacity(self.poses.len());
         let mut next = Matrix3::zeros();
         for rows in &self.poses {
-            let (coupling, before) = match poses.last() {
+            let coupling = match poses.last() {
                 // L_(k, k-1) = A_(k, k-1) L_(k-1)^-T
-                Some(before) => (before.solve(&next)?.transpose(), before.reduced.as_slice()),
-                None => (Matrix3::zeros(), [].as_slice()),
+                Some(before) => before.lower.solve_lower_triangular(&next)?.transpose(),
+                None => Matrix3::zeros(),
             };
             next = rows.next;
             let lower = Cholesky::new(rows.diagonal - coupling * coupling.transpose())?.l();
-            let mut factor = PoseFactor {
+            let mut reduced = match poses.last() {
+                Some(before) => before.reduced.times(&-coupling),
+                None => Rows::default(),
+            };
+            for (place, by) in &rows.shared {
+                reduced.add(*place, by);
+            }
+            let gradient = match poses.last() {
+                Some(before) => rows.gradient - coupling * before.gradient,
+                None => rows.gradient,
+            };
+            let factor = PoseFactor {
                 lower,
                 coupling,
-                reduced: before.iter().map(|there| -(coupling * there)).collect(),
-                gradient: rows.gradient,
+                reduced: reduced.solved(&lower),
+                gradient: lower.solve_lower_triangular(&gradient)?,
             };
-            if let Some(before) = poses.last() {
-                factor.gradient -= coupling * before.gradient;
-            }
-            for (place, by) in &rows.shared {
-                if factor.reduced.len() <= *place {
-                    factor.reduced.resize(place + 1, Vector3::zeros());
-                }
-                if let Some(column) = factor.reduced.get_mut(*place) {
-                    *column += by;
-                }
-            }
-            factor.gradient = factor.solve(&factor.gradient)?;
-            for at in 0..factor.reduced.len() {
-                let solved = factor.reduced.get(at).and_then(|c| factor.solve(c))?;
-                if let Some(column) = factor.reduced.get_mut(at) {
-                    *column = solved;
-                }
-            }
-            let reduced = &factor.reduced;
-            for (at, column) in reduced.iter().enumerate() {
-                // Only the lower triangle is read.
-                let mut entries = complement.column_mut(at);
-                for (entry, other) in entries.iter_mut().zip(reduced).skip(at) {
-                    *entry -= column.dot(other);
-                }
-                if let Some(right) = right.get_mut(at) {
-                    *right -= column.dot(&factor.gradient);
-                }
+            factor.reduced.take_from(&mut complement);
+            for (right, column) in right.iter_mut().zip(factor.reduced.columns()) {
+                *right -= column.dot(&factor.gradient);
             }
             poses.push(factor);
         }
@@ -161,6 +147,101 @@ impl Arrowhead {
             complement,
             right,
         })
+    }
+}
+
+/// Three rows over the shared unknowns that were seen so far.
+#[derive(Debug, Clone, Default)]
+struct Rows([Vec<f64>; 3]);
+
+impl Rows {
+    fn add(&mut self, place: usize, by: &Vector3<f64>) {
+        for (row, by) in self.0.iter_mut().zip(by.iter()) {
+            if row.len() <= place {
+                row.resize(place + 1, 0.0);
+            }
+            if let Some(entry) = row.get_mut(place) {
+                *entry += by;
+            }
+        }
+    }
+
+    fn columns(&self) -> impl Iterator<Item = Vector3<f64>> {
+        let [x, y, z] = &self.0;
+        x.iter()
+            .zip(y)
+            .zip(z)
+            .map(|((x, y), z)| Vector3::new(*x, *y, *z))
+    }
+
+    fn of(columns: impl Iterator<Item = Vector3<f64>>) -> Self {
+        let mut rows = Self::default();
+        let [x, y, z] = &mut rows.0;
+        for column in columns {
+            x.push(column.x);
+            y.push(column.y);
+            z.push(column.z);
+        }
+        rows
+    }
+
+    /// `matrix` times the rows.
+    fn times(&self, matrix: &Matrix3<f64>) -> Self {
+        Self::of(self.columns().map(|column| matrix * column))
+    }
+
+    /// `lower^-1` times the rows.
+    fn solved(&self, lower: &Matrix3<f64>) -> Self {
+        Self::of(self.columns().map(|column| {
+            let x = column.x / lower.m11;
+            let y = (column.y - lower.m21 * x) / lower.m22;
+            let z = (column.z - lower.m31 * x - lower.m32 * y) / lower.m33;
+            Vector3::new(x, y, z)
+        }))
+    }
+
+    /// `lower^-T` times the rows.
+    fn solved_transposed(&self, lower: &Matrix3<f64>) -> Self {
+        Self::of(self.columns().map(|column| {
+            let z = column.z / lower.m33;
+            let y = (column.y - lower.m32 * z) / lower.m22;
+            let x = (column.x - lower.m21 * y - lower.m31 * z) / lower.m11;
+            Vector3::new(x, y, z)
+        }))
+    }
+
+    /// Subtracts the product of the rows with themselves from the lower triangle of a matrix.
+    fn take_from(&self, matrix: &mut DMatrix<f64>) {
+        let [x, y, z] = &self.0;
+        for (at, column) in self.columns().enumerate() {
+            let mut entries = matrix.column_mut(at);
+            let entries = entries.as_mut_slice().iter_mut().skip(at);
+            let rows = x
+                .iter()
+                .skip(at)
+                .zip(y.iter().skip(at))
+                .zip(z.iter().skip(at));
+            for (entry, ((x, y), z)) in entries.zip(rows) {
+                *entry -= column.x * x + column.y * y + column.z * z;
+            }
+        }
+    }
+
+    /// The rows times a symmetric matrix.
+    fn times_symmetric(&self, matrix: &DMatrix<f64>) -> Self {
+        let [x, y, z] = &self.0;
+        Self::of(matrix.column_iter().map(|column| {
+            let rows = x.iter().zip(y).zip(z).zip(column.iter());
+            rows.fold(Vector3::zeros(), |sum, (((x, y), z), by)| {
+                sum + Vector3::new(*x, *y, *z) * *by
+            })
+        }))
+    }
+
+    /// The rows times those of another pose.
+    fn dot(&self, other: &Self) -> Matrix3<f64> {
+        let pairs = self.columns().zip(other.columns());
+        pairs.fold(Matrix3::zeros(), |sum, (a, b)| sum + a * b.transpose())
     }
 }
 
@@ -179,22 +260,9 @@ struct PoseFactor {
     /// With the pose before it.
     coupling: Matrix3<f64>,
     /// `L^-1 B`, of the shared unknowns that this pose or one before it has to do with.
-    reduced: Vec<Vector3<f64>>,
+    reduced: Rows,
     /// `L^-1 g`.
     gradient: Vector3<f64>,
-}
-
-impl PoseFactor {
-    fn solve<const N: usize>(&self, right: &SMatrix<f64, 3, N>) -> Option<SMatrix<f64, 3, N>> {
-        self.lower.solve_lower_triangular(right)
-    }
-
-    fn solve_transposed<const N: usize>(
-        &self,
-        right: &SMatrix<f64, 3, N>,
-    ) -> Option<SMatrix<f64, 3, N>> {
-        self.lower.tr_solve_lower_triangular(right)
-    }
 }
 
 /// The step of the poses and of the shared unknowns.
@@ -221,10 +289,10 @@ impl Factor {
         let mut after = Vector3::zeros();
         for factor in self.poses.iter().rev() {
             let mut right = factor.gradient - after;
-            for (column, value) in factor.reduced.iter().zip(shared.iter()) {
+            for (column, value) in factor.reduced.columns().zip(shared.iter()) {
                 right -= column * *value;
             }
-            let step = factor.solve_transposed(&right)?;
+            let step = factor.lower.tr_solve_lower_triangular(&right)?;
             after = factor.coupling.transpose() * step;
             poses.push(step);
         }
@@ -251,31 +319,31 @@ impl Factor {
         let mut found = PoseCovariances::default();
         let mut after: Option<Carried> = None;
         for factor in self.poses.iter().rev() {
-            let inverse = factor.solve_transposed(&factor.solve(&Matrix3::identity())?)?;
-            let mut right = factor.reduced.clone();
-            right.resize(shared.nrows(), Vector3::zeros());
+            let inverse = Cholesky::pack_dirty(factor.lower).inverse();
             let (mut own, mut next) = (inverse, Matrix3::zeros());
+            let mut right = factor.reduced.clone();
+            for row in &mut right.0 {
+                row.resize(shared.nrows(), 0.0);
+            }
             if let Some(later) = &after {
                 // L_(k+1, k) L_k^-1
                 let gain = factor
-                    .solve_transposed(&later.coupling.transpose())?
-                    .transpose();
-                next = -(gain.transpose() * later.inverse);
-                own -= next * gain;
-                for (column, there) in right.iter_mut().zip(&later.by_shared) {
-                    *column -= later.coupling.transpose() * there;
+                    .lower
+                    .tr_solve_lower_triangular(&later.coupling.transpose())?;
+                next = -(gain * later.inverse);
+                own -= next * gain.transpose();
+                let carried = later.by_shared.times(&later.coupling.transpose());
+                for (row, carried) in right.0.iter_mut().zip(&carried.0) {
+                    for (entry, carried) in row.iter_mut().zip(carried) {
+                        *entry -= carried;
+                    }
                 }
             }
-            let by_shared = right.iter().map(|column| factor.solve_transposed(column));
-            let by_shared = by_shared.collect::<Option<Vec<_>>>()?;
-            let spread = times(&by_shared, shared);
-            let through_shared = |other: &[Vector3<f64>]| {
-                let pairs = spread.iter().zip(other);
-                pairs.fold(Matrix3::zeros(), |sum, (a, b)| sum + a * b.transpose())
-            };
-            found.own.push(own + through_shared(&by_shared));
+            let by_shared = right.solved_transposed(&factor.lower);
+            let spread = by_shared.times_symmetric(shared);
+            found.own.push(own + spread.dot(&by_shared));
             if let Some(later) = &after {
-                found.next.push(next + through_shared(&later.by_shared));
+                found.next.push(next + spread.dot(&later.by_shared));
             }
             after = Some(Carried {
                 coupling: factor.coupling,
@@ -301,18 +369,7 @@ struct Carried {
     /// Its block in the inverse of the poses' own normal equations.
     inverse: Matrix3<f64>,
     /// Its rows of `A^-1 B`.
-    by_shared: Vec<Vector3<f64>>,
-}
-
-/// Rows of three times a symmetric matrix.
-fn times(rows: &[Vector3<f64>], symmetric: &DMatrix<f64>) -> Vec<Vector3<f64>> {
-    let columns = symmetric.column_iter();
-    columns
-        .map(|column| {
-            let pairs = rows.iter().zip(column.iter());
-            pairs.fold(Vector3::zeros(), |sum, (row, value)| sum + row * *value)
-        })
-        .collect()
+    by_shared: Rows,
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Which landmarks are one feature seen twice: those that agree under the joint covariance.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use super::landmark::Landmark;
 use crate::core::geometry::Vec2;
-use crate::core::ties;
 use crate::core::tmam::feature::Segment;
 
 /// Squared Mahalanobis distance (two degrees of freedom) up to which two landmarks are one.
@@ -45,24 +46,108 @@ pub struct Pair {
     doubt: f64,
 }
 
-/// The pairs that are one, the surest first; each is taken in before the next one is looked for.
+/// The pairs that are one, the surest first. Each is taken in before the next one is accepted; which are
+/// near is looked at again when no landmark is left that has not changed.
 pub fn pairs(seen: &[Seen], covariance: DMatrix<f64>) -> Vec<Pair> {
     let mut joint = Joint {
         seen: seen.iter().copied().map(Some).collect(),
         covariance,
     };
     let mut found = Vec::new();
-    while let Some(pair) = joint.surest() {
-        joint.unite(&pair);
-        found.push(pair);
+    loop {
+        let near = Near::of(&joint);
+        let mut changed: BTreeSet<usize> = BTreeSet::new();
+        for pair in near.clear() {
+            let is_new = [pair.first, pair.second]
+                .iter()
+                .all(|at| !changed.contains(at));
+            if is_new
+                && joint
+                    .distance_of(&pair)
+                    .is_some_and(|(distance, _)| distance < GATE)
+            {
+                joint.unite(&pair);
+                changed.extend([pair.first, pair.second]);
+                found.push(pair);
+            }
+        }
+        if changed.is_empty() {
+            return found;
+        }
     }
-    found
 }
 
 /// Landmarks with their joint covariance.
 struct Joint {
     seen: Vec<Option<Seen>>,
     covariance: DMatrix<f64>,
+}
+
+/// The pairs of landmarks that are near to each other.
+struct Near {
+    distances: BTreeMap<(usize, usize), (f64, f64)>,
+    partners: BTreeMap<usize, Vec<usize>>,
+}
+
+impl Near {
+    fn of(joint: &Joint) -> Self {
+        let mut near = Self {
+            distances: BTreeMap::new(),
+            partners: BTreeMap::new(),
+        };
+        let seen = || joint.seen.iter().enumerate();
+        for (first, a) in seen().filter_map(|(at, seen)| Some((at, seen.as_ref()?))) {
+            let others = seen().skip(first + 1);
+            for (second, b) in others.filter_map(|(at, seen)| Some((at, seen.as_ref()?))) {
+                if let Some(found) = joint.distance(a, b)
+                    && found.0 < GATE + DECISIVE
+                {
+                    near.distances.insert((first, second), found);
+                    near.partners.entry(first).or_default().push(second);
+                    near.partners.entry(second).or_default().push(first);
+                }
+            }
+        }
+        near
+    }
+
+    fn distance(&self, a: usize, b: usize) -> Option<f64> {
+        let found = self.distances.get(&(a.min(b), a.max(b)));
+        found.map(|(distance, _)| *distance)
+    }
+
+    /// Those that are one and have no rival, the surest first.
+    fn clear(&self) -> Vec<Pair> {
+        let pairs = self.distances.iter();
+        let mut clear: Vec<Pair> = pairs
+            .map(|((first, second), (distance, doubt))| Pair {
+                first: *first,
+                second: *second,
+                distance: *distance,
+                doubt: *doubt,
+            })
+            .filter(|pair| pair.distance < GATE)
+            .filter(|pair| !self.has_rival(pair.first, pair.second, pair.distance))
+            .filter(|pair| !self.has_rival(pair.second, pair.first, pair.distance))
+            .collect();
+        // By whole millionths, so that rounding does not decide.
+        let rank = |pair: &Pair| libm::rint(pair.doubt * 1e6);
+        clear.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+        clear
+    }
+
+    /// Whether a landmark has another partner that fits almost as well as the chosen one, and is not the
+    /// same as that.
+    fn has_rival(&self, of: usize, chosen: usize, distance: f64) -> bool {
+        let partners = self.partners.get(&of).into_iter().flatten();
+        partners.filter(|rival| **rival != chosen).any(|rival| {
+            let almost = |other: f64| other < distance + DECISIVE;
+            let is_other = self
+                .distance(*rival, chosen)
+                .is_none_or(|apart| apart >= GATE);
+            is_other && self.distance(of, *rival).is_some_and(almost)
+        })
+    }
 }
 
 /// How two landmarks differ.
@@ -73,56 +158,9 @@ struct Difference {
 }
 
 impl Joint {
-    fn surest(&self) -> Option<Pair> {
-        let mut close: Vec<Pair> = Vec::new();
-        for (first, a) in self.seen.iter().enumerate() {
-            for (second, b) in self.seen.iter().enumerate().skip(first + 1) {
-                if let (Some(a), Some(b)) = (a, b)
-                    && let Some((distance, doubt)) = self.distance(a, b)
-                    && distance < GATE + DECISIVE
-                {
-                    close.push(Pair {
-                        first,
-                        second,
-                        distance,
-                        doubt,
-                    });
-                }
-            }
-        }
-        let near = close.iter().filter(|pair| pair.distance < GATE);
-        let clear = near.filter(|pair| !self.is_ambiguous(pair, &close));
-        let surest = clear.map(|pair| (pair.doubt, *pair));
-        ties::first_least(surest, |_, _| 1e-6).map(|(_, pair)| pair)
-    }
-
-    /// Whether one of the two has another partner that fits almost as well, and is not the same as the
-    /// first.
-    fn is_ambiguous(&self, pair: &Pair, close: &[Pair]) -> bool {
-        let partner = |of: usize, other: &Pair| match other {
-            Pair { first, second, .. } if *first == of => Some(*second),
-            Pair { first, second, .. } if *second == of => Some(*first),
-            _ => None,
-        };
-        let rival = |of: usize, chosen: usize| {
-            close.iter().any(|other| {
-                partner(of, other).is_some_and(|rival| {
-                    rival != chosen
-                        && other.distance < pair.distance + DECISIVE
-                        && !self.are_near(rival, chosen)
-                })
-            })
-        };
-        rival(pair.first, pair.second) || rival(pair.second, pair.first)
-    }
-
-    fn are_near(&self, a: usize, b: usize) -> bool {
-        match (self.seen.get(a), self.seen.get(b)) {
-            (Some(Some(a)), Some(Some(b))) => self
-                .distance(a, b)
-                .is_some_and(|(distance, _)| distance < GATE),
-            _ => false,
-        }
+    fn distance_of(&self, pair: &Pair) -> Option<(f64, f64)> {
+        let [a, b] = [pair.first, pair.second].map(|at| self.seen.get(at)?.as_ref());
+        self.distance(a?, b?)
     }
 
     fn distance(&self, a: &Seen, b: &Seen) -> Option<(f64, f64)> {

@@ -20,11 +20,11 @@ const ON_WALL: f64 = 5e-4;
 const ANYWHERE: f64 = 100.0;
 
 /// Steps after which a solve ends in any case, and how often a step that makes it worse is halved.
-const MAX_STEPS: usize = 25;
+const MAX_STEPS: usize = 12;
 const MAX_HALVINGS: usize = 8;
 
-/// Steps shorter than this are the end, metres and radians.
-const SETTLED: f64 = 1e-7;
+/// After a step shorter than this, metres and radians, the next one is shorter than its square.
+const SETTLED: f64 = 1e-4;
 
 /// A reading of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]

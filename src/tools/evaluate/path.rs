@@ -1,16 +1,14 @@
 //! A path against the one that the robot really drove.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use crate::core::config::Frames;
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Pose2, Vec2, wrap_angle};
+use crate::core::joint::path::CorrectedPath;
 use crate::core::odometry::Track;
-use crate::core::replay::Replay;
-use crate::core::rounding::number;
-
-/// A stamped path: nanoseconds on the log's own clock, and `world_from_robot`.
-pub type Path = Vec<(i64, Pose2)>;
+use crate::core::rounding::{number, rounded};
 
 /// How far a path is from the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -25,6 +23,10 @@ pub struct PathScore {
     /// With the whole path laid on the true one by the rotation and translation that leave the least
     /// squares of positions (Umeyama 1991, without scale): the absolute trajectory error.
     pub aligned: PathError,
+    /// Normalised error squared of the key poses per degree of freedom, with the first pose laid on the
+    /// true one: 1 on average where their covariances are honest. Where poses were estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nees: Option<f64>,
 }
 
 /// The errors along a path.
@@ -39,12 +41,6 @@ pub struct PathError {
     /// Root mean square of headings, radians.
     #[serde(serialize_with = "number")]
     pub heading: f64,
-}
-
-/// The path that a replay used: odometry's.
-pub fn used(replay: &Replay<'_>) -> Path {
-    let samples = replay.log().events.odometry.iter();
-    samples.map(|s| (s.stamp_ns, s.world_from_robot)).collect()
 }
 
 impl PathScore {
@@ -69,7 +65,42 @@ impl PathScore {
             length: ways.fold(0.0, |sum, way| sum + way),
             from_first: PathError::of(&pairs, true_first.compose(&first.inverse())),
             aligned: PathError::of(&pairs, alignment(&pairs)),
+            nees: None,
         })
+    }
+
+    /// The same with the normalised error of an estimated path.
+    pub fn with_nees(self, path: &CorrectedPath, truth: &[OdometrySample]) -> Self {
+        let bounds = Frames {
+            max_odometry_gap: f64::INFINITY,
+            ..Frames::default()
+        };
+        let track = Track::new(truth, &bounds);
+        let keys = path.keys.iter().zip(&path.world_from_robot);
+        let known = keys
+            .filter_map(|(key, pose)| Some((*pose, track.world_from_robot(key.stamp_ns).ok()?)));
+        let known: Vec<(Pose2, Pose2)> = known.collect();
+        let Some((first, true_first)) = known.first() else {
+            return self;
+        };
+        let path_from_truth = first.compose(&true_first.inverse());
+        let errors = known.iter().zip(&path.covariances).skip(1);
+        let errors: Vec<f64> = errors
+            .filter_map(|((pose, known), covariance)| {
+                let known = path_from_truth.compose(known);
+                let off = Vector3::new(
+                    pose.x - known.x,
+                    pose.y - known.y,
+                    wrap_angle(pose.yaw - known.yaw),
+                );
+                Some(off.dot(&(covariance.try_inverse()? * off)) / 3.0)
+            })
+            .collect();
+        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+        Self {
+            nees: (!errors.is_empty()).then(|| rounded(mean)),
+            ..self
+        }
     }
 }
 
@@ -119,7 +150,7 @@ mod tests {
     use crate::core::geometry::unit;
 
     /// The path of a robot that goes round a circle of a metre.
-    fn round() -> Path {
+    fn round() -> Vec<(i64, Pose2)> {
         let pose = |k: i64| {
             let place = unit(0.05 * k as f64);
             Pose2::new(place.x, place.y, 0.05 * k as f64 + 1.5)
@@ -138,7 +169,7 @@ mod tests {
     #[test]
     fn a_path_in_another_frame_has_no_error() {
         let other_from_world = Pose2::new(3.0, -2.0, 2.5);
-        let path: Path = round()
+        let path: Vec<(i64, Pose2)> = round()
             .iter()
             .map(|(stamp_ns, pose)| (*stamp_ns, other_from_world.compose(pose)))
             .collect();
@@ -160,7 +191,7 @@ mod tests {
         let turned = first
             .compose(&Pose2::new(0.0, 0.0, 0.1))
             .compose(&first.inverse());
-        let mut path: Path = round();
+        let mut path: Vec<(i64, Pose2)> = round();
         for (_, pose) in &mut path[1..] {
             *pose = turned.compose(pose);
         }
@@ -172,7 +203,7 @@ mod tests {
 
     #[test]
     fn poses_between_those_that_are_known_are_held_against_what_lies_between() {
-        let known: Path = round().into_iter().step_by(2).collect();
+        let known: Vec<(i64, Pose2)> = round().into_iter().step_by(2).collect();
         let score = score(&round(), &known).unwrap();
         assert_eq!(score.poses, 99, "the last one lies beyond");
         assert!(score.aligned.max < 2e-3, "{score:?}");

@@ -78,7 +78,10 @@ impl Evaluation {
             },
             map: MapScore::new(outcome.map.iter(), truth),
             confirmed: MapScore::new(outcome.map.iter().filter(|f| is_confirmed(f)), truth),
-            path: PathScore::new(path, truth.poses()),
+            path: PathScore::new(path, truth.poses()).map(|score| match outcome.joint() {
+                Some(joint) => score.with_nees(&joint.path, truth.poses()),
+                None => score,
+            }),
             arcs,
         }
     }

@@ -152,6 +152,12 @@ fn path(score: &PathScore) -> String {
         counted(score.poses, "pose"),
         score.length
     );
+    if let Some(nees) = score.nees {
+        let _ = writeln!(
+            text,
+            "  NEES of the estimated poses {nees:.2} per degree of freedom"
+        );
+    }
     text
 }
 
