@@ -2,17 +2,13 @@
 //!
 //! This room knows MCAP and message encodings and nothing of TMAM: everything downstream sees
 //! [`Log`](crate::core::log::Log). A new encoding is a decoder in [`decoder`], a new message type a row in
-//! [`types`] and a function in [`ranges`], [`poses`] or [`clouds`].
+//! [`types`] and a function in [`ranges`] or [`poses`].
 
 mod assemble;
-mod budget;
 pub mod channels;
-pub mod clock;
-mod clouds;
 pub mod container;
 mod custom;
 mod decoder;
-mod definition;
 mod description;
 mod error;
 pub mod fuzzing;
@@ -21,8 +17,6 @@ mod hits;
 mod json;
 pub mod leaps;
 mod message;
-mod moving;
-mod notes;
 mod odometry;
 mod poses;
 mod protobuf;
@@ -39,9 +33,9 @@ mod types;
 mod value;
 pub mod writer;
 
+pub use channels::{NO_POSE, NO_RANGE};
 pub use error::{LogError, MissingMount, UnplacedRing, itemised};
 pub use message::Role;
-pub use notes::{NO_POSE, NO_RANGE};
 pub use read::{Gathered, read, read_with_truth, read_with_truth_in};
 pub use sonars::{TOO_WIDE, WIDEST_BEAM};
 pub use stamps::ClockSet;

@@ -1,18 +1,17 @@
 //! Puts together what the messages of a log say: sonars with names and mounts, readings and odometry in
 //! stamp order.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::channels::ChannelReport;
 use super::container::Loss;
 use super::error::LogError;
 use super::gather::Gatherer;
 use super::message::Role;
-use super::moving::Circumstances;
-use super::odometry::{Chosen, Odometry};
+use super::odometry::{Chosen, Circumstances, Odometry};
 use super::sonars::Placing;
 use super::stamps::{self, Clock, ClockSet};
-use super::{hits, leaps, notes, repeats};
+use super::{channels as found, hits, leaps, repeats};
 use crate::core::config::Config;
 use crate::core::event::Events;
 use crate::core::legible::one_line;
@@ -84,7 +83,7 @@ fn put_together(
     let no_ranges = |channels: &[ChannelReport]| LogError::NoRanges {
         file: file.clone(),
         asked: config.input.range_topics.clone(),
-        found: notes::candidates(channels, &[Role::Range]),
+        found: found::candidates(channels, &[Role::Range]),
     };
     if gathered.crowded {
         return Err(LogError::TooManySonars { file });
@@ -93,11 +92,12 @@ fn put_together(
         for channel in channels.iter_mut() {
             let is_empty = channel.used && channel.role == Some(Role::Range);
             if is_empty && channel.problem.is_none() {
-                channel.problem = Some(notes::NO_RANGE.to_owned());
+                channel.problem = Some(found::NO_RANGE.to_owned());
             }
         }
         return Err(no_ranges(&channels));
     }
+    let odd = gathered.leave_out_odd();
     let mut odometry = choose_odometry(&mut gathered, &file, config, &mut channels)?;
     let robot_frame = config
         .input
@@ -118,16 +118,16 @@ fn put_together(
         return Err(unplaced.unwrap_or_else(|| no_ranges(&channels)));
     }
     notes.append(&mut gathered.notes);
-    notes.extend(notes::on_channels(&channels));
+    notes.extend(found::on_channels(&channels));
     note(&gathered, config, &channels, &odometry, notes);
-    let mut lost = notes::on_losses(losses, &channels);
+    let mut lost = found::on_losses(losses, &channels);
+    lost.extend(odd);
     lost.append(&mut odometry.losses);
     lost.extend(without_pose(&odometry));
     let frames = gathered.transforms.frames().into_iter();
     let frames = frames.map(str::to_owned).collect();
     let placing = Placing {
         frames: &frames,
-        file: &file,
         odometry_topic: &odometry.topic,
         world_frame: &odometry.world_frame,
         robot_frame: &robot_frame,
@@ -142,17 +142,14 @@ fn put_together(
             return Err(error);
         }
     };
-    let (sonars, mut readings) = (placed.sonars, placed.readings);
-    lost.extend(placed.left_out.iter().map(ToString::to_string));
-    let mut left_out: Vec<LogError> = placed.left_out.into_iter().map(|l| l.why).collect();
+    let (sonars, mut readings, mut left_out) = (placed.sonars, placed.readings, placed.left_out);
+    lost.extend(placed.losses);
     left_out.extend(unplaced);
     let mut samples = odometry.samples;
     samples.sort_by_key(|sample| sample.stamp_ns);
-    lost.extend(stamps::take_out_astray(
-        &mut samples,
-        |s| s.stamp_ns,
-        &odometry.topic,
-    ));
+    let topic = &odometry.topic;
+    lost.extend(stamps::take_out_astray(&mut samples, |s| s.stamp_ns, topic));
+    lost.extend(stamps::take_out_far(&mut samples, topic));
     lost.extend(stamps::take_out_astray(
         &mut readings,
         |r| r.stamp_ns,
@@ -302,20 +299,41 @@ fn choose_odometry(
             .map(|reading| reading.stamp_ns)
             .min(),
     };
-    if !has_odometry && let Some(moving) = gathered.moving.odometry(&circumstances)? {
-        return Ok(moving);
+    let by_transforms = match has_odometry {
+        true => None,
+        false => gathered.moving.odometry(&circumstances)?,
+    };
+    let chosen = match by_transforms {
+        Some(chosen) => chosen,
+        None => {
+            let chosen = only_track(tracks, file, config, channels)?;
+            chosen.ok_or_else(|| LogError::NoOdometry {
+                file: file.to_owned(),
+                asked: config.input.odometry_topics.clone(),
+                found: found::candidates(channels, &[Role::Odometry, Role::Pose, Role::Transform]),
+                passed_over: gathered.moving.passed_over(&circumstances),
+            })?
+        }
+    };
+    for channel in channels {
+        let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));
+        channel.used &= !says_where || channel.topic == chosen.topic;
     }
-    if tracks.len() > 1 {
-        return Err(LogError::ManyOdometries {
-            file: file.to_owned(),
-            topics: tracks.keys().cloned().collect(),
-        });
-    }
+    Ok(chosen)
+}
+
+/// The one topic with poses, in the frame that is asked for.
+fn only_track(
+    tracks: &mut BTreeMap<String, Odometry>,
+    file: &str,
+    config: &Config,
+    channels: &mut [ChannelReport],
+) -> Result<Option<Chosen>, LogError> {
     if let Some(frame) = &config.input.world_frame {
         let found: Vec<(String, String)> = tracks.values().flat_map(Odometry::edges).collect();
-        for track in tracks.values_mut() {
-            track.keep_world(frame);
-        }
+        tracks
+            .values_mut()
+            .for_each(|track| track.keep_world(frame));
         if !found.is_empty() && tracks.values().all(|track| track.len() == 0) {
             return Err(LogError::NoSuchFrame {
                 file: file.to_owned(),
@@ -324,22 +342,74 @@ fn choose_odometry(
                 moving: found,
             });
         }
+        if tracks.len() > 1 {
+            tracks.retain(|_, track| track.len() > 0);
+        }
+    }
+    if tracks.len() > 1 {
+        return Err(LogError::ManyOdometries {
+            file: file.to_owned(),
+            topics: tracks.keys().cloned().collect(),
+        });
     }
     for (topic, _) in tracks.iter().filter(|(_, track)| track.len() == 0) {
-        notes::refuse(channels, topic, notes::NO_POSE.to_owned());
+        found::refuse(channels, topic, found::NO_POSE.to_owned());
     }
-    let chosen = tracks
+    Ok(tracks
         .pop_first()
-        .and_then(|(topic, track)| track.choose(topic));
-    let chosen = chosen.ok_or_else(|| LogError::NoOdometry {
-        file: file.to_owned(),
-        asked: config.input.odometry_topics.clone(),
-        found: notes::candidates(channels, &[Role::Odometry, Role::Pose, Role::Transform]),
-        passed_over: gathered.moving.passed_over(&circumstances),
-    })?;
-    for channel in channels {
-        let says_where = matches!(channel.role, Some(Role::Odometry | Role::Pose));
-        channel.used &= !says_where || channel.topic == chosen.topic;
+        .and_then(|(topic, track)| track.choose(topic)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::log::channels::Message;
+    use crate::io::log::message::{Content, RangeMessage, TransformMessage};
+
+    #[test]
+    fn poses_are_not_used_where_transforms_say_where_the_robot_was() {
+        let pose = |stamp_ns: i64, parent: &str, child: &str| TransformMessage {
+            stamp_ns,
+            parent: parent.to_owned(),
+            child: child.to_owned(),
+            parent_from_child: Some(nalgebra::Isometry3::translation(stamp_ns as f64, 0.0, 0.0)),
+        };
+        let range = RangeMessage {
+            beam_width: 0.4,
+            ..RangeMessage::plain(2, "base_link", 1.0)
+        };
+        let mut said = vec![
+            (Role::Range, "/range", Content::Ranges(vec![range])),
+            (Role::Pose, "/pose", Content::Odometry(pose(1, "map", ""))),
+        ];
+        said.extend((1..9).map(|k| {
+            let moved = Content::Transforms(vec![pose(k, "odom", "base_link")]);
+            (Role::Transform, "/tf", moved)
+        }));
+        let mut gatherer = Gatherer::default();
+        for (role, topic, content) in said {
+            let message = Message {
+                role,
+                topic,
+                content,
+            };
+            gatherer.take(message, 1);
+        }
+        let channel = ChannelReport {
+            id: 1,
+            topic: "/pose".to_owned(),
+            type_name: String::new(),
+            encoding: String::new(),
+            role: Some(Role::Pose),
+            used: true,
+            messages: 1,
+            undecoded: 0,
+            problem: None,
+            wanted: false,
+        };
+        let config = Config::default();
+        let found = assemble(gatherer, "f".to_owned(), &config, vec![channel], &[]).unwrap();
+        assert_eq!(found.odometry_topic, "/tf");
+        assert!(!found.channels[0].used);
     }
-    Ok(chosen)
 }

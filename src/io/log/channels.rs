@@ -1,18 +1,19 @@
-//! Which channels are used, for what, and how each is decoded.
+//! Which channels are used, for what, and how each is decoded; and what a person is told of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::budget::Budget;
-use super::container::{Channel, RawMessage};
+use super::container::{Channel, Loss, RawMessage};
 use super::custom;
 use super::decoder::{self, DecodeError, Decoder, Decoders};
+use super::error::LogError;
 use super::message::{Content, MOST_SONARS, Role};
 use super::types::{self, Read};
 use crate::core::config::Config;
 use crate::core::config::channel::ChannelFields;
-use crate::core::legible::name;
+use crate::core::legible::{name, one_line};
 use crate::core::pattern::{PatternError, glob_set};
+use crate::core::wording::{counted, few};
 
 /// A scan with more beams than this is a lidar's, unless its topic is asked for.
 const LARGEST_RING: usize = 64;
@@ -55,6 +56,9 @@ pub struct Channels {
     known: BTreeMap<u16, Known>,
     readers: usize,
     decoders: Decoders,
+    /// Readings and odometry samples so far, and the most that are held.
+    held: u64,
+    most: u64,
 }
 
 #[derive(Debug)]
@@ -106,17 +110,14 @@ impl Channels {
             known: BTreeMap::new(),
             readers: 0,
             decoders: Decoders::default(),
+            held: 0,
+            most: input.max_readings,
         })
     }
 
     /// What a message says and is good for; `None` for one that is not used, or for which there is
     /// no room.
-    pub fn read(
-        &mut self,
-        channel: &Channel,
-        message: RawMessage<'_>,
-        budget: &mut Budget,
-    ) -> Option<Message<'_>> {
+    pub fn read(&mut self, channel: &Channel, message: RawMessage<'_>) -> Option<Message<'_>> {
         if !self.known.contains_key(&channel.id) {
             let found = self.find(channel);
             self.known.insert(channel.id, found);
@@ -125,15 +126,18 @@ impl Channels {
         let report = &mut known.report;
         report.messages += 1;
         let reader = known.reader.as_ref()?;
-        if !budget.admits_message() {
+        if self.held > self.most {
             return None;
         }
         match reader.read(message.data) {
-            Ok(content) => budget.admits(&content).then_some(Message {
-                role: reader.role,
-                topic: &report.topic,
-                content,
-            }),
+            Ok(content) => {
+                self.held = self.held.saturating_add(content.held());
+                (self.held <= self.most).then_some(Message {
+                    role: reader.role,
+                    topic: &report.topic,
+                    content,
+                })
+            }
             Err(error) => {
                 known.foreign += u64::from(matches!(error, DecodeError::Channel(_)));
                 let (DecodeError::Channel(problem) | DecodeError::Message(problem)) = error;
@@ -145,7 +149,16 @@ impl Channels {
     }
 
     /// What each channel with messages turned out to be, by topic.
-    pub fn into_reports(self) -> Vec<ChannelReport> {
+    ///
+    /// # Errors
+    /// A log with more than is held.
+    pub fn into_reports(self, file: &str) -> Result<Vec<ChannelReport>, LogError> {
+        if self.held > self.most {
+            return Err(LogError::TooManyReadings {
+                file: file.to_owned(),
+                most: self.most,
+            });
+        }
         let settle = |known: Known| {
             let mut report = known.report;
             if known.foreign > 0 && known.foreign == report.messages {
@@ -156,7 +169,7 @@ impl Channels {
         };
         let mut reports: Vec<ChannelReport> = self.known.into_values().map(settle).collect();
         reports.sort_by(|a, b| a.topic.cmp(&b.topic));
-        reports
+        Ok(reports)
     }
 
     fn find(&mut self, channel: &Channel) -> Known {
@@ -263,4 +276,105 @@ impl Reader {
             content => Ok(content),
         }
     }
+}
+
+/// Why a channel of odometry is of no use although its messages are read.
+pub const NO_POSE: &str =
+    "its messages hold no pose (NaN, farther off than 100,000 km, or a quaternion of zero)";
+/// Why a channel of ranges is of no use although its messages are read.
+pub const NO_RANGE: &str = "its messages hold no range";
+
+/// A channel in a list of what the log holds.
+fn describe(channel: &ChannelReport, problem: Option<&str>) -> String {
+    let problem = problem.map_or_else(String::new, |problem| format!(": {problem}"));
+    let type_name = if channel.type_name.is_empty() {
+        "no type"
+    } else {
+        &channel.type_name
+    };
+    let text = format!(
+        "{} ({type_name}, {}, {}{problem})",
+        channel.topic,
+        channel.encoding,
+        counted(channel.messages, "message")
+    );
+    one_line(&text).into_owned()
+}
+
+/// Channels in a list of what the log holds: first those that may be meant where some in these roles are
+/// missing. What is wrong with several of them is said once.
+pub fn candidates(channels: &[ChannelReport], missing: &[Role]) -> Vec<String> {
+    let mut channels: Vec<&ChannelReport> = channels.iter().collect();
+    let is_missing = |channel: &ChannelReport| channel.role.is_some_and(|r| missing.contains(&r));
+    channels.sort_by_key(|channel| {
+        let is_refused = channel.wanted && channel.role.is_none();
+        (
+            !is_refused,
+            !is_missing(channel),
+            channel.role.is_none(),
+            channel.problem.is_none(),
+        )
+    });
+    let mut said = BTreeSet::new();
+    let lines = channels.into_iter().map(|channel| {
+        let problem = channel.problem.as_deref();
+        let is_new = problem.is_none_or(|problem| said.insert(problem));
+        describe(channel, if is_new { problem } else { Some("likewise") })
+    });
+    lines.collect()
+}
+
+/// Marks a topic as one that cannot be used after all.
+pub fn refuse(channels: &mut [ChannelReport], topic: &str, problem: String) {
+    for channel in channels.iter_mut().filter(|c| c.topic == topic) {
+        channel.used = false;
+        channel.problem.get_or_insert_with(|| problem.clone());
+    }
+}
+
+/// Channels that would have been used and cannot be, as far as nothing is missing without them.
+pub fn on_channels(channels: &[ChannelReport]) -> Vec<String> {
+    let mut topics = BTreeMap::<&str, Vec<String>>::new();
+    for channel in channels.iter().filter(|channel| !channel.wanted) {
+        if let Some(problem) = unread(channel) {
+            topics
+                .entry(problem)
+                .or_default()
+                .push(channel.topic.clone());
+        }
+    }
+    let note = |(problem, topics): (&str, Vec<String>)| {
+        let verb = if topics.len() == 1 { "is" } else { "are" };
+        format!("{} {verb} left out: {problem}", few(&topics))
+    };
+    topics.into_iter().map(note).collect()
+}
+
+/// Why not a message of a channel is read, where none is.
+fn unread(channel: &ChannelReport) -> Option<&str> {
+    let problem = channel.problem.as_deref()?;
+    (!channel.used && channel.undecoded == 0).then_some(problem)
+}
+
+/// What could not be read of the file and of each channel.
+pub fn on_losses(losses: &[Loss], channels: &[ChannelReport]) -> Vec<String> {
+    let of_file = losses.iter().map(ToString::to_string);
+    let of_channels = channels.iter().filter_map(|channel| {
+        if channel.undecoded > 0 {
+            return Some(format!(
+                "{} of {} on {}: {}",
+                channel.undecoded,
+                counted(channel.messages, "message"),
+                channel.topic,
+                channel.problem.as_deref().unwrap_or_default()
+            ));
+        }
+        let problem = unread(channel).filter(|_| channel.wanted)?;
+        Some(format!(
+            "{}, {}: left out, since {problem}",
+            channel.topic,
+            counted(channel.messages, "message")
+        ))
+    });
+    of_file.chain(of_channels).collect()
 }

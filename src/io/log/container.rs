@@ -13,23 +13,20 @@
 //! [`Unchecked::Used`]: any of them may be the damaged one. Of a last chunk that the file ends within,
 //! whole messages are used and the loss says so.
 //!
-//! - `source`: bytes of the file, a window at a time
-//! - `record`: the fields of a record; `border`: where records begin and end
-//! - `tail`: footer and summary, which are read first; `index`: the summary's index of chunks
-//! - `walker`: one record after the other; `recover`: what follows a damaged one
+//! - `source`: bytes of the file, a window at a time; where records begin and end
+//! - `record`: the fields of a record
+//! - `summary`: footer and summary, which are read first, and the index of chunks
+//! - `walker`: one record after the other, and where to go on behind a damaged one
 //! - `chunk`: decompression and checksum
 //! - `channels`: definitions held by their numbers, and messages handed over with them
 //! - `loss`: what could not be read
 
-mod border;
 mod channels;
 mod chunk;
-mod index;
 mod loss;
 mod record;
-mod recover;
 mod source;
-mod tail;
+mod summary;
 mod walker;
 
 pub use loss::Loss;

@@ -1,9 +1,9 @@
 //! Messages of unknown types, read by the field paths that the configuration gives.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
-use super::message::{Content, FARTHEST, MOST_SONARS, RangeMessage, Role, TransformMessage};
-use super::poses::rotation;
+use super::message::{Content, MOST_SONARS, RangeMessage, Role, TransformMessage};
+use super::poses::{placed, rotation};
 use super::value::{Field, FieldError, Fields};
 use crate::core::config::channel::{AngleUnit, ChannelFields, Given, TimeUnit};
 
@@ -121,14 +121,11 @@ fn odometry(
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
         yaw.is_finite().then_some(turn)
     };
-    let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
     Ok(TransformMessage {
         stamp_ns: stamp_of(described, &stamp)?,
         parent: frame_of(described, &frame)?,
         child: String::new(),
-        parent_from_child: turn
-            .filter(|_| is_place)
-            .map(|turn| Isometry3::from_parts(position.into(), turn)),
+        parent_from_child: turn.and_then(|turn| placed(position, turn)),
     })
 }
 

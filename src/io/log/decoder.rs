@@ -5,20 +5,13 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::container::{Channel, Schema};
-use super::definition::{Dialect, Layout, short};
-use super::ros::RosError;
+use super::ros::{DefinitionError, Dialect, Layout, RosError, short};
 use super::value::Fields;
 use super::{json, protobuf, ros};
 use crate::core::legible::shortened;
 
-/// The longest text that is read as a definition, bytes: `sensor_msgs` with all that it contains
-/// takes 20 000, and parsed it takes many times its bytes.
-const LONGEST_TEXT: usize = 256 << 10;
-
-/// The longest set of protobuf descriptors, bytes: they come with all that they import.
-const LONGEST_DESCRIPTORS: usize = 1 << 20;
-
-/// Bytes of definitions that are parsed of a log, all together.
+/// Bytes of definitions that are parsed of a log, all together: `sensor_msgs` with all that it contains takes
+/// 20 000, and parsed it takes many times its bytes.
 const MOST_TOGETHER: usize = 2 << 20;
 
 /// A parser's complaint may quote what it complains of: longest word and whole, characters.
@@ -60,10 +53,9 @@ impl Decoder {
             data,
         } = &*channel.schema;
         let is_blank = data.trim_ascii().is_empty();
-        let ros = |dialect, layout: Result<Rc<Layout>, _>| {
-            let layout =
-                layout.map_err(|error: super::definition::DefinitionError| error.to_string());
-            layout.map(|layout| Encoding::Ros(ros::Decoder::new(dialect, &layout, &paths)))
+        let ros = |dialect, layout: Result<Rc<Layout>, DefinitionError>| {
+            let layout = layout.map_err(|error| error.to_string())?;
+            Ok::<_, String>(Encoding::Ros(ros::Decoder::new(dialect, &layout, &paths)))
         };
         let encoding = match (channel.encoding.as_str(), encoding.as_str()) {
             ("cdr", "" | "ros2msg") if is_blank => {
@@ -104,32 +96,6 @@ impl Decoder {
     }
 }
 
-/// Why a definition is not even parsed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-enum TooLong {
-    /// By itself.
-    #[error(
-        "the definition of its messages is {bytes} bytes long; no more than {most} are read, and no message \
-         of ranges or poses needs as many"
-    )]
-    Alone {
-        /// Of this definition.
-        bytes: usize,
-        /// The limit.
-        most: usize,
-    },
-    /// With those before it.
-    #[error(
-        "the definition of its messages is {bytes} bytes long, and with those of other channels longer \
-         than the {MOST_TOGETHER} that are read of a log; leave other topics out with --range-topic and \
-         --odom-topic"
-    )]
-    Together {
-        /// Of this definition.
-        bytes: usize,
-    },
-}
-
 /// What tells one decoder from another: the channel's encoding, the type, the schema by where it is held,
 /// and the topic where the configuration describes the fields.
 type Key = (String, String, Option<*const Schema>, Option<String>);
@@ -165,12 +131,11 @@ impl Decoders {
         if let Some(known) = self.made.get(&key) {
             return known.clone();
         }
-        let made = match self.admit(channel) {
-            Ok(()) => Decoder::of(channel, type_name, paths)
-                .map(Rc::new)
-                .map_err(|problem| shortened(&problem, COMPLAINT.0, COMPLAINT.1)),
-            Err(refused) => Err(refused.to_string()),
-        };
+        let made = self.admit(channel).and_then(|()| {
+            let made = Decoder::of(channel, type_name, paths);
+            made.map_err(|problem| shortened(&problem, COMPLAINT.0, COMPLAINT.1))
+        });
+        let made = made.map(Rc::new);
         if place.is_some() {
             self.schemas.push(Rc::clone(schema));
         }
@@ -179,21 +144,19 @@ impl Decoders {
     }
 
     /// Refuses what would take too much memory or time.
-    fn admit(&mut self, channel: &Channel) -> Result<(), TooLong> {
+    fn admit(&mut self, channel: &Channel) -> Result<(), String> {
         let bytes = channel.schema.data.len();
-        let most = match channel.encoding.as_str() {
-            "json" => return Ok(()), // its schema is not read
-            "protobuf" => LONGEST_DESCRIPTORS,
-            _ => LONGEST_TEXT,
-        };
-        if bytes > most {
-            return Err(TooLong::Alone { bytes, most });
+        if channel.encoding == "json" {
+            return Ok(()); // its schema is not read
         }
-        let parsed = self.parsed.saturating_add(bytes);
-        if parsed > MOST_TOGETHER {
-            return Err(TooLong::Together { bytes });
+        if bytes > MOST_TOGETHER - self.parsed {
+            return Err(format!(
+                "the definition of its messages is {bytes} bytes long, and with those of other channels longer \
+                 than the {MOST_TOGETHER} that are read of a log; leave other topics out with --range-topic and \
+                 --odom-topic"
+            ));
         }
-        self.parsed = parsed;
+        self.parsed += bytes;
         Ok(())
     }
 }
@@ -335,23 +298,6 @@ mod tests {
     }
 
     #[test]
-    fn a_definition_longer_than_any_is_not_parsed() {
-        let cases = [
-            ("cdr", "ros2msg", LONGEST_TEXT),
-            ("ros1", "ros1msg", LONGEST_TEXT),
-            ("protobuf", "protobuf", LONGEST_DESCRIPTORS),
-        ];
-        for (encoding, schema_encoding, most) in cases {
-            let mut decoders = Decoders::default();
-            let long = schema(schema_encoding, &vec![b'#'; most + 1]);
-            let refused = of(&mut decoders, encoding, &long);
-            let said = refused.unwrap_err();
-            assert!(said.contains(&format!("no more than {most}")), "{said}");
-            assert_eq!(decoders.parsed, 0, "{encoding}");
-        }
-    }
-
-    #[test]
     fn no_number_of_definitions_is_parsed_without_end() {
         let mut decoders = Decoders::default();
         let comment = vec![b'#'; 100_000];
@@ -362,6 +308,8 @@ mod tests {
                 outcome.is_ok()
             })
             .collect();
+        let long = schema("ros2msg", &vec![b'#'; MOST_TOGETHER + 1]);
+        assert!(of(&mut Decoders::default(), "cdr", &long).is_err());
         let read = MOST_TOGETHER / comment.len();
         assert!(outcomes[..read].iter().all(|made| *made), "{outcomes:?}");
         assert!(outcomes[read..].iter().all(|made| !made), "{outcomes:?}");

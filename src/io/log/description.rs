@@ -1,10 +1,11 @@
 //! The robot's description (URDF): where its fixed joints put the sensors.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::UnitQuaternion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::message::{FARTHEST, TransformMessage};
+use super::message::TransformMessage;
+use super::poses::placed;
 use crate::core::legible::name;
 
 /// Why a description is of no use.
@@ -97,11 +98,10 @@ impl Joint {
     }
 
     fn transform(self) -> Option<TransformMessage> {
-        let ([x, y, z], [roll, pitch, yaw]) = (self.xyz, self.rpy);
-        let is_place = [x, y, z].iter().all(|x| x.abs() <= FARTHEST);
-        let is_pose = is_place && [roll, pitch, yaw].iter().all(|n| n.is_finite());
-        let turn = || UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-        let pose = is_pose.then(|| Isometry3::from_parts(Translation3::new(x, y, z), turn()));
+        let [roll, pitch, yaw] = self.rpy;
+        let is_turn = self.rpy.iter().all(|n| n.is_finite());
+        let turn = is_turn.then(|| UnitQuaternion::from_euler_angles(roll, pitch, yaw));
+        let pose = turn.and_then(|turn| placed(self.xyz.into(), turn));
         Some(TransformMessage {
             stamp_ns: 0,
             parent: name(&self.parent?).into_owned(),

@@ -10,39 +10,9 @@ use crate::core::pattern::PatternError;
 /// Why a log cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// Nothing is in it.
-    #[error("{} is empty: it has 0 bytes. Copy or record it again", path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The file is something else.
-    #[error(
-        "{} is not an MCAP file: it does not begin with the MCAP magic bytes. Convert other logs \
-         first (`ros2 bag convert` for a rosbag2 folder of .db3 files, `mcap convert` for a ROS 1 bag)",
-        path.display()
-    )]
-    NotMcap {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Something that has no end to begin with.
-    #[error(
-        "{} is a pipe or a device. A log is read from its end first: write it into a file",
-        path.display()
-    )]
-    NoFile {
-        /// The file.
-        path: PathBuf,
-    },
+    /// The file cannot be read, or is none that is read.
+    #[error("{}", unopened(path, source))]
+    Open { path: PathBuf, source: OpenError },
     /// More than fits into the memory that is allowed.
     #[error(
         "{file} has more than {most} readings and odometry samples, as many as are held in memory. Leave \
@@ -52,20 +22,6 @@ pub enum LogError {
     TooManyReadings {
         /// The log.
         file: String,
-        /// The limit.
-        most: u64,
-    },
-    /// More messages than a file of its length has room for, by any honest packing.
-    #[error(
-        "{file} has {bytes} bytes and more than {most} messages of sonars, odometry and transforms: no \
-         recording packs so tightly. If it is right all the same, raise input.max_readings to the number of \
-         its readings"
-    )]
-    TooDense {
-        /// The log.
-        file: String,
-        /// Bytes of the file.
-        bytes: u64,
         /// The limit.
         most: u64,
     },
@@ -236,12 +192,7 @@ impl LogError {
     /// Whether the log may be well, and only the configuration does not say enough of it.
     pub fn wants_configuration(&self) -> bool {
         match self {
-            Self::Io { .. }
-            | Self::Empty { .. }
-            | Self::NotMcap { .. }
-            | Self::NoFile { .. }
-            | Self::Unreadable { .. }
-            | Self::Damaged { .. } => false,
+            Self::Open { .. } | Self::Unreadable { .. } | Self::Damaged { .. } => false,
             // Of a log without channels nothing can be configured.
             Self::NoRanges { found, .. } | Self::NoOdometry { found, .. } => !found.is_empty(),
             Self::Noted { source, .. } => source.wants_configuration(),
@@ -251,12 +202,12 @@ impl LogError {
 
     /// The same, and what else a person should know.
     pub fn noting(self, notes: Vec<String>) -> Self {
-        if notes.is_empty() {
-            return self;
-        }
-        Self::Noted {
-            source: Box::new(self),
-            notes,
+        match notes.is_empty() {
+            true => self,
+            false => Self::Noted {
+                source: Box::new(self),
+                notes,
+            },
         }
     }
 
@@ -278,12 +229,9 @@ impl LogError {
     }
 
     pub fn open(path: &Path, error: OpenError) -> Self {
-        let path = path.to_owned();
-        match error {
-            OpenError::Io(source) => Self::Io { path, source },
-            OpenError::Empty => Self::Empty { path },
-            OpenError::NotMcap => Self::NotMcap { path },
-            OpenError::NoFile => Self::NoFile { path },
+        Self::Open {
+            path: path.to_owned(),
+            source: error,
         }
     }
 }
@@ -336,6 +284,21 @@ impl UnplacedRing {
     }
 }
 
+fn unopened(path: &Path, error: &OpenError) -> String {
+    let path = path.display();
+    match error {
+        OpenError::Io(error) => format!("cannot read {path}: {error}"),
+        OpenError::Empty => format!("{path} is empty: it has 0 bytes. Copy or record it again"),
+        OpenError::NotMcap => format!(
+            "{path} is not an MCAP file: it does not begin with the MCAP magic bytes. Convert other logs first \
+             (`ros2 bag convert` for a rosbag2 folder of .db3 files, `mcap convert` for a ROS 1 bag)"
+        ),
+        OpenError::NoFile => format!(
+            "{path} is a pipe or a device. A log is read from its end first: write it into a file"
+        ),
+    }
+}
+
 /// A line for every item, as far as anyone reads them.
 pub fn itemised(items: &[String]) -> String {
     const SHOWN: usize = 10;
@@ -353,10 +316,9 @@ pub fn itemised(items: &[String]) -> String {
 }
 
 fn because(asked: &[String]) -> String {
-    if asked.is_empty() {
-        String::new()
-    } else {
-        format!(" on the topics asked for ({})", asked.join(", "))
+    match asked {
+        [] => String::new(),
+        _ => format!(" on the topics asked for ({})", asked.join(", ")),
     }
 }
 
@@ -370,15 +332,14 @@ fn moves(edges: &[(String, String)]) -> String {
 
 /// What was not taken for odometry.
 fn carried(edges: &[(String, String)]) -> String {
-    if edges.is_empty() {
+    let Some((_, world)) = edges.first() else {
         return String::new();
-    }
-    let world = edges.first().map_or("odom", |(_, child)| child);
+    };
     format!(
         "\nTransforms that move, and were not taken for odometry because the sonars' frame carries them:{}\nIf one \
          of them is what the robot moves in, name it, and it is taken the other way round: input.world_frame = {}",
         moves(edges),
-        one_line(&toml::Value::from(world).to_string())
+        one_line(&toml::Value::from(world.as_str()).to_string())
     )
 }
 
@@ -392,22 +353,10 @@ fn lines(head: &str, items: &[String]) -> String {
 
 fn list(head: &str, items: &[String]) -> String {
     const SHOWN: usize = 16;
-    let more = items.len().saturating_sub(SHOWN);
-    let tail = if more > 0 {
-        format!(" and {more} more")
-    } else {
-        String::new()
-    };
-    match items {
-        [] => format!("{head} nothing."),
-        _ => format!(
-            "{head} {}{tail}.",
-            items
-                .iter()
-                .take(SHOWN)
-                .cloned()
-                .collect::<Vec<_>>()
-                .join(", ")
-        ),
+    let shown = items.get(..SHOWN).unwrap_or(items).join(", ");
+    match items.len() {
+        0 => format!("{head} nothing."),
+        count if count > SHOWN => format!("{head} {shown} and {} more.", count - SHOWN),
+        _ => format!("{head} {shown}."),
     }
 }

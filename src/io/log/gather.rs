@@ -2,17 +2,28 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Isometry3;
+
 use super::channels::Message;
 use super::description;
 use super::message::{Content, HitsMessage, MOST_SONARS, RangeMessage, Role, TransformMessage};
-use super::moving::Moving;
-use super::odometry::{Odometry, stamp};
+use super::odometry::{Moving, Odometry, stamp};
 use super::sonars::{Source, SourceKey};
 use super::transforms::{Origin, TransformTree};
 use crate::core::event::{RangeReading, SonarId};
+use crate::core::wording::counted;
 
 /// Topic and frame of a message that stands in for all that is missing.
 pub const STAND_IN: &str = "(none)";
+
+/// A ring whose messages have more forms turns, or has as many beams as it likes.
+const MOST_FORMS: usize = 4;
+
+/// No more messages than this are odd, and only among more than ten times as many.
+const FEW: u64 = 3;
+
+/// How many ranges a message has, and where its first and its last beam look.
+type Form = (usize, Isometry3<f64>, Isometry3<f64>);
 
 /// More descriptions than this are passed over: a robot has one.
 const MOST_DESCRIPTIONS: usize = 16;
@@ -23,6 +34,10 @@ pub struct Gatherer {
     /// Every sonar, in the order of their first readings.
     pub sources: Vec<Source>,
     source_index: BTreeMap<SourceKey, usize>,
+    /// The forms that the messages of a topic and frame have.
+    forms: BTreeMap<(String, String), Vec<Form>>,
+    /// Messages without a range, by topic.
+    empty: BTreeMap<String, u64>,
     /// Each with the place of its sonar in `sources` for an id.
     pub readings: Vec<RangeReading>,
     /// Whether there are more sonars than can be told apart.
@@ -50,8 +65,12 @@ impl Gatherer {
             Content::Ranges(ranges) => {
                 self.messages += 1;
                 self.unstamped += u64::from(ranges.first().is_some_and(|r| r.stamp_ns == 0));
+                if ranges.is_empty() {
+                    *self.empty.entry(topic.to_owned()).or_default() += 1;
+                }
+                let form = self.form(topic, &ranges);
                 for range in ranges {
-                    self.take_range(topic, logged_ns, range);
+                    self.take_range(topic, logged_ns, range, form);
                 }
             }
             Content::Odometry(odometry) => {
@@ -98,11 +117,35 @@ impl Gatherer {
         self.last_description = urdf;
     }
 
-    pub fn take_range(&mut self, topic: &str, logged_ns: i64, range: RangeMessage) {
+    /// The number of a message's form among those of its topic and frame; 0 where its beams have frames of
+    /// their own.
+    fn form(&mut self, topic: &str, ranges: &[RangeMessage]) -> usize {
+        let (Some(first), Some(last)) = (ranges.first(), ranges.last()) else {
+            return 0;
+        };
+        if ranges.iter().any(|range| range.frame_id != first.frame_id) {
+            return 0;
+        }
+        let form = (ranges.len(), first.frame_from_beam, last.frame_from_beam);
+        let key = (topic.to_owned(), first.frame_id.clone());
+        let known = self.forms.entry(key).or_default();
+        let place = known.iter().position(|other| *other == form);
+        let place = place.unwrap_or_else(|| {
+            if known.len() <= MOST_FORMS {
+                known.push(form);
+            }
+            known.len() - 1
+        });
+        if place < MOST_FORMS { place } else { 0 }
+    }
+
+    /// Takes a reading of a message of some form, or of none.
+    pub fn take_range(&mut self, topic: &str, logged_ns: i64, range: RangeMessage, form: usize) {
         let key = SourceKey {
             topic: topic.to_owned(),
             frame: range.frame_id,
             element: range.element,
+            form,
         };
         let index = match self.source_index.get(&key) {
             Some(index) => *index,
@@ -120,6 +163,7 @@ impl Gatherer {
             return;
         };
         source.turned |= source.frame_from_beam != range.frame_from_beam;
+        source.readings += 1;
         source.learn(range.beam_width, range.likely_beam_width);
         // The beams of a ring share their message's stamp.
         if range.element.is_none_or(|element| element == 0) {
@@ -145,6 +189,75 @@ impl Gatherer {
         track.take(logged_ns, &pose);
     }
 
+    /// Leaves out the few messages that are unlike all others of their topic, which says of each what is lost.
+    /// What is left of a sonar is one source, whatever forms its messages have.
+    pub fn leave_out_odd(&mut self) -> Vec<String> {
+        let mut messages = BTreeMap::<(&str, &str, usize), u64>::new();
+        for Source { key, readings, .. } in &self.sources {
+            let most = messages.entry((&key.topic, &key.frame, key.form));
+            let most = most.or_default();
+            *most = (*most).max(*readings);
+        }
+        let mut topics = BTreeMap::<&str, (u64, u64)>::new();
+        for ((topic, ..), count) in &messages {
+            let (all, most) = topics.entry(topic).or_default();
+            (*all, *most) = (*all + count, (*most).max(*count));
+        }
+        messages.retain(|(topic, frame, _), count| {
+            let (all, most) = topics.get(topic).copied().unwrap_or_default();
+            let forms = self.forms.get(&((*topic).to_owned(), (*frame).to_owned()));
+            let turns = forms.is_some_and(|forms| forms.len() > MOST_FORMS);
+            !turns && *count <= FEW && most > 10 * *count && 10 * (all - most) < all
+        });
+        let is_odd = |key: &SourceKey| messages.contains_key(&(&*key.topic, &*key.frame, key.form));
+        let odd: Vec<bool> = self.sources.iter().map(|s| is_odd(&s.key)).collect();
+        let mut losses = Vec::new();
+        for ((topic, frame, form), count) in &messages {
+            let of =
+                |s: &&Source| (&*s.key.topic, &*s.key.frame, s.key.form) == (*topic, *frame, *form);
+            losses.push(format!(
+                "{} on {topic} left out: its frame (`{frame}`), its number of ranges ({}) or its bearings are not \
+                 those of all others",
+                counted(*count, "message"),
+                self.sources.iter().filter(of).count()
+            ));
+        }
+        let mut lost: u64 = messages.values().sum();
+        for (topic, count) in std::mem::take(&mut self.empty) {
+            if topics.contains_key(&*topic) {
+                let what = counted(count, "message");
+                losses.push(format!("{what} on {topic} without a range left out"));
+                lost += count;
+            }
+        }
+        self.messages -= lost;
+        self.source_index.clear();
+        let all = std::mem::take(&mut self.sources).into_iter().zip(odd);
+        let ids: Vec<Option<u16>> =
+            (all.map(|(source, is_odd)| self.keep(source, is_odd))).collect();
+        self.readings.retain_mut(|reading| {
+            let id = ids.get(reading.sonar.index()).copied().flatten();
+            reading.sonar = id.map_or(reading.sonar, SonarId);
+            id.is_some()
+        });
+        losses
+    }
+
+    /// The place of a source that is not odd, which may be one with what is known already.
+    fn keep(&mut self, mut source: Source, is_odd: bool) -> Option<u16> {
+        if is_odd {
+            return None;
+        }
+        source.key.form = 0;
+        let next = self.sources.len();
+        let place = *self.source_index.entry(source.key.clone()).or_insert(next);
+        match self.sources.get_mut(place) {
+            Some(known) => known.join(&source),
+            None => self.sources.push(source),
+        }
+        u16::try_from(place).ok()
+    }
+
     /// Puts one invented message in the place of all that the log says in a role, to see past what stands
     /// in a replay's way.
     pub fn stand_in(&mut self, role: Role) {
@@ -159,7 +272,7 @@ impl Gatherer {
                     beam_width: 1.0,
                     ..RangeMessage::plain(0, STAND_IN, f64::NAN)
                 };
-                self.take_range(STAND_IN, 0, reading);
+                self.take_range(STAND_IN, 0, reading, 0);
             }
             Role::Odometry => {
                 self.tracks.clear();
@@ -167,7 +280,7 @@ impl Gatherer {
                     stamp_ns: 0,
                     parent: String::new(),
                     child: String::new(),
-                    parent_from_child: Some(nalgebra::Isometry3::identity()),
+                    parent_from_child: Some(Isometry3::identity()),
                 };
                 self.take_odometry(role, STAND_IN, 0, sample);
             }
@@ -178,5 +291,66 @@ impl Gatherer {
     /// Forgets every odometry but one.
     pub fn keep_odometry(&mut self, topic: &str) {
         self.tracks.retain(|known, _| known == topic);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scan of so many beams from a bearing on, radians.
+    fn scan(beams: usize, from: f64) -> Content {
+        let beam = |element| RangeMessage {
+            element: Some(element),
+            frame_from_beam: Isometry3::rotation(nalgebra::Vector3::z() * (from + element as f64)),
+            ..RangeMessage::plain(1, "ring", 1.0)
+        };
+        Content::Ranges((0..beams).map(beam).collect())
+    }
+
+    fn gathered(scans: impl IntoIterator<Item = Content>) -> (Gatherer, Vec<String>) {
+        let mut gatherer = Gatherer::default();
+        for content in scans {
+            let (role, topic) = (Role::Range, "/scan");
+            gatherer.take(
+                Message {
+                    role,
+                    topic,
+                    content,
+                },
+                1,
+            );
+        }
+        let losses = gatherer.leave_out_odd();
+        (gatherer, losses)
+    }
+
+    #[test]
+    fn an_odd_scan_is_a_loss_of_itself() {
+        let usual = std::iter::repeat_with(|| scan(16, 0.0)).take(40);
+        let odd = [scan(16, 0.5), scan(64, 0.0), scan(0, 0.0)];
+        let (gatherer, losses) = gathered(odd.into_iter().chain(usual));
+        assert_eq!((gatherer.sources.len(), gatherer.readings.len()), (16, 640));
+        assert_eq!((gatherer.messages, losses.len()), (40, 3), "{losses:?}");
+        let first = &gatherer.sources[0];
+        assert!(first.frame_from_beam == Isometry3::identity() && !first.turned);
+        assert!(
+            losses[1].contains("its number of ranges (64)"),
+            "{losses:?}"
+        );
+        assert!(losses[2].contains("without a range"), "{losses:?}");
+    }
+
+    #[test]
+    fn a_ring_that_turns_is_one_ring() {
+        for turns in [2, 40] {
+            let (gatherer, losses) = gathered((0..40).map(|k| scan(16, f64::from(k % turns))));
+            assert_eq!((gatherer.sources.len(), gatherer.readings.len()), (16, 640));
+            assert!(
+                losses.is_empty() && gatherer.sources[0].turned,
+                "{losses:?}"
+            );
+            assert_eq!(gatherer.sources[0].readings, 40);
+        }
     }
 }

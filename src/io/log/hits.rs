@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 
-use super::channels::ChannelReport;
+use super::channels::{self, ChannelReport};
 use super::error::{LogError, UnplacedRing};
 use super::gather::Gatherer;
 use super::message::{HitsMessage, RangeMessage};
-use super::notes;
 use super::sonars::SourceKey;
 use super::transforms::TransformTree;
 use crate::core::config::Config;
@@ -106,7 +105,7 @@ pub fn take(
     config: &Config,
     robot_frame: &str,
     world_frame: &str,
-    channels: &mut [ChannelReport],
+    reports: &mut [ChannelReport],
 ) -> Option<LogError> {
     let hits = std::mem::take(&mut gatherer.hits);
     let keys: Vec<&SourceKey> = gatherer.sources.iter().map(|s| &s.key).collect();
@@ -115,9 +114,7 @@ pub fn take(
             .any(|key| key.frame == name || key.topic == name)
     });
     let unplaced = ring.is_empty().then(|| directions(&hits)).flatten();
-    let owners = owners(&hits, &ring, |frame| {
-        robot_from(&gatherer.transforms, frame, robot_frame, world_frame)
-    });
+    let mut owners = BTreeMap::<String, String>::new();
     let mut strays = BTreeMap::<String, u64>::new();
     let mut doubled = BTreeMap::<String, u64>::new();
     for (topic, logged_ns, cloud) in hits {
@@ -139,7 +136,7 @@ pub fn take(
                     cloud.frame_id
                 )
             };
-            notes::refuse(channels, &topic, problem);
+            channels::refuse(reports, &topic, problem);
             continue;
         };
         gatherer.messages += 1;
@@ -147,32 +144,29 @@ pub fn take(
         let (ranges, unmatched) = ring.ranges(&cloud.points, &robot_from_cloud);
         *strays.entry(topic.clone()).or_default() += unmatched;
         for (sonar, range) in ranges {
-            if owners.get(sonar).is_some_and(|owner| *owner != topic) {
+            let owner = owners
+                .entry(sonar.to_owned())
+                .or_insert_with(|| topic.clone());
+            if *owner != topic {
                 *doubled.entry(topic.clone()).or_default() += 1;
                 continue;
             }
             let range = RangeMessage::plain(cloud.stamp_ns, sonar, range);
-            gatherer.take_range(&topic, logged_ns, range);
+            gatherer.take_range(&topic, logged_ns, range, 0);
         }
     }
-    gatherer.notes.extend(
-            strays
-                .into_iter()
-                .filter(|(_, count)| *count > 0)
-                .map(|(topic, count)| {
-                    format!(
-                        "{} on {topic} in no sonar's beam, or in one that has another; look at the mounts in \
-                         the configuration",
-                        counted_with(count, "point", "lies", "lie")
-                    )
-                }),
-        );
-    gatherer.notes.extend(doubled.into_iter().map(|(topic, count)| {
-            format!(
-                "{} on {topic} left out: of sonars that another topic has more points of; --range-topic chooses",
-                counted_with(count, "point", "is", "are")
-            )
-        }));
+    for (topic, count) in strays.into_iter().filter(|(_, count)| *count > 0) {
+        gatherer.notes.push(format!(
+            "{} on {topic} in no sonar's beam, or in one that has another; look at the mounts in the configuration",
+            counted_with(count, "point", "lies", "lie")
+        ));
+    }
+    for (topic, count) in doubled {
+        gatherer.notes.push(format!(
+            "{} on {topic} left out: of sonars that another topic had points of before; --range-topic chooses",
+            counted_with(count, "point", "is", "are")
+        ));
+    }
     unplaced.map(|ring| LogError::UnplacedRing(Box::new(ring)))
 }
 
@@ -190,38 +184,6 @@ fn robot_from(
     };
     let known = transforms.between(robot_frame, cloud);
     (robot_frame.to_owned(), known.map(|(pose, _)| pose))
-}
-
-/// The topic that has most points of each sonar, where there are several topics.
-fn owners<'r>(
-    hits: &[(String, i64, HitsMessage)],
-    ring: &'r Ring,
-    place: impl Fn(&str) -> (String, Option<Isometry3<f64>>),
-) -> BTreeMap<String, String> {
-    let mut counts = BTreeMap::<&'r str, BTreeMap<&str, u64>>::new();
-    if hits
-        .windows(2)
-        .all(|pair| matches!(pair, [a, b] if a.0 == b.0))
-    {
-        return BTreeMap::new();
-    }
-    for (topic, _, cloud) in hits {
-        let Some(robot_from_cloud) = place(&cloud.frame_id).1 else {
-            continue;
-        };
-        for (sonar, _) in ring.ranges(&cloud.points, &robot_from_cloud).0 {
-            *counts.entry(sonar).or_default().entry(topic).or_default() += 1;
-        }
-    }
-    let most = |topics: BTreeMap<&str, u64>| {
-        // Of equally many the first by name.
-        let most = topics.into_iter().rev().max_by_key(|(_, count)| *count);
-        most.map(|(topic, _)| topic.to_owned())
-    };
-    counts
-        .into_iter()
-        .filter_map(|(sonar, topics)| Some((sonar.to_owned(), most(topics)?)))
-        .collect()
 }
 
 /// Where the points of each sonar lie, on the topic that has most of them.

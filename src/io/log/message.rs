@@ -46,6 +46,14 @@ impl Content {
             _ => 0,
         }
     }
+
+    /// How many readings and odometry samples of it are held in memory.
+    pub fn held(&self) -> u64 {
+        match self {
+            Self::Odometry(_) => 1,
+            other => other.sonars() as u64,
+        }
+    }
 }
 
 /// One reading of one sonar. Metres, radians; stamps are 0 where the driver gave none.

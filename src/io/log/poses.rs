@@ -1,9 +1,11 @@
 //! Messages that say where a frame is.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 use super::message::{Content, FARTHEST, TransformMessage};
-use super::value::{Field, FieldError, Fields};
+use super::value::{Field, FieldError, Fields, Value};
 
 /// `nav_msgs/Odometry`, and `geometry_msgs/TransformStamped` on a topic of its own.
 pub fn odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
@@ -39,10 +41,9 @@ fn foxglove_stamped(
     is_there: &Field<'_>,
     pose: &[Field<'_>; 7],
 ) -> Result<Content, FieldError> {
-    let pose = if is_there.is_there() {
-        foxglove_isometry(pose)?
-    } else {
-        None
+    let pose = match is_there.is_there() {
+        true => foxglove_isometry(pose)?,
+        false => None,
     };
     Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time_or_zero()?,
@@ -93,12 +94,10 @@ fn transform(fields: &[Field<'_>; 10], pose: Pose) -> Result<TransformMessage, F
 ///
 /// # Errors
 /// A field that is not there.
-pub fn isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
+fn isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
     let [x, y, z, turn @ ..] = pose;
     let position = Vector3::new(x.number()?, y.number()?, z.number()?);
-    let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
-    let turn = rotation(turn)?.filter(|_| is_place);
-    Ok(turn.map(|turn| Isometry3::from_parts(position.into(), turn)))
+    Ok(rotation(turn)?.and_then(|turn| placed(position, turn)))
 }
 
 /// As [`isometry`], with protobuf's way of leaving out what was never set: a part that is absent moves or
@@ -107,21 +106,22 @@ pub fn isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldEr
 /// # Errors
 /// A field that is not there in a part that is.
 pub fn foxglove_isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
-    let [x, y, z, turn @ ..] = pose;
-    let is_there = |part: &[&Field<'_>]| part.iter().any(|field| field.is_there());
-    let position = if is_there(&[x, y, z]) {
-        Vector3::new(x.number()?, y.number()?, z.number()?)
-    } else {
-        Vector3::zeros()
-    };
-    let turn = if is_there(&turn.each_ref()) {
-        rotation(turn)?
-    } else {
-        Some(UnitQuaternion::identity())
-    };
+    let mut pose = pose.clone();
+    let (place, turn) = pose.split_at_mut(3);
+    for (part, default) in [(place, &[0.0, 0.0, 0.0][..]), (turn, &[0.0, 0.0, 0.0, 1.0])] {
+        if !part.iter().any(Field::is_there) {
+            for (field, default) in part.iter_mut().zip(default) {
+                field.value = Cow::Owned(Value::Float(*default));
+            }
+        }
+    }
+    isometry(&pose)
+}
+
+/// A pose, if a robot can be there.
+pub fn placed(position: Vector3<f64>, turn: UnitQuaternion<f64>) -> Option<Isometry3<f64>> {
     let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
-    let turn = turn.filter(|_| is_place);
-    Ok(turn.map(|turn| Isometry3::from_parts(position.into(), turn)))
+    is_place.then(|| Isometry3::from_parts(position.into(), turn))
 }
 
 /// The turn that a quaternion (x, y, z, w) stands for; `None` where it is zero or not finite.

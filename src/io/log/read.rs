@@ -4,7 +4,6 @@ use std::io::{Read, Seek};
 use std::path::Path;
 
 use super::assemble::assemble;
-use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
 use super::container::{self, Channel, Loss, OpenError, RawMessage, Unchecked};
 use super::error::LogError;
@@ -47,15 +46,12 @@ pub fn read_with_truth(path: &Path, config: &Config) -> Result<(Log, RecordedTru
 /// # Errors
 /// As [`read`].
 pub fn read_with_truth_in<R: Read + Seek>(
-    mut input: R,
+    input: R,
     file: &str,
     config: &Config,
 ) -> Result<(Log, RecordedTruth), LogError> {
-    let path = Path::new(file);
-    let bytes = input.seek(std::io::SeekFrom::End(0));
-    let bytes = bytes.map_err(|error| LogError::open(path, error.into()))?;
     let walk = |take: &mut Take<'_>| container::walk_in(input, unchecked(config), take);
-    Gathered::new(path, bytes, config, true, walk)?.into_log(config)
+    Gathered::new(Path::new(file), config, true, walk)?.into_log(config)
 }
 
 type Take<'t> = dyn FnMut(&Channel, RawMessage<'_>) + 't;
@@ -72,35 +68,32 @@ impl Gathered {
 
     fn open(path: &Path, config: &Config, with_truth: bool) -> Result<Self, LogError> {
         let walk = |take: &mut Take<'_>| container::walk(path, unchecked(config), take);
-        Self::new(path, length(path), config, with_truth, walk)
+        Self::new(path, config, with_truth, walk)
     }
 
     fn new(
         path: &Path,
-        bytes: u64,
         config: &Config,
         with_truth: bool,
         walk: impl FnOnce(&mut Take<'_>) -> Result<Vec<Loss>, OpenError>,
     ) -> Result<Self, LogError> {
         let mut channels = Channels::new(config)?;
         let mut gatherer = Gatherer::default();
-        let mut budget = Budget::new(config, bytes);
         let mut truth = RecordedTruth::default();
         let losses = walk(&mut |channel, message| {
             if with_truth {
                 truth.take(channel, message);
             }
-            if let Some(read) = channels.read(channel, message, &mut budget) {
+            if let Some(read) = channels.read(channel, message) {
                 gatherer.take(read, message.log_time);
             }
         });
         let losses = losses.map_err(|error| LogError::open(path, error))?;
         let file = file_name(path);
-        budget.check(&file)?;
         Ok(Self {
+            channels: channels.into_reports(&file)?,
             file,
             gatherer,
-            channels: channels.into_reports(),
             losses,
             truth,
         })
@@ -111,28 +104,20 @@ impl Gathered {
     /// # Errors
     /// As [`read`].
     pub fn log(&self, config: &Config) -> Result<Log, LogError> {
-        let (gatherer, channels) = (self.gatherer.clone(), self.channels.clone());
-        let found = assemble(gatherer, self.file.clone(), config, channels, &self.losses);
-        let mut log = found
-            .map_err(|stopped| stopped.into_error(&self.losses))?
-            .log;
-        log.losses.extend(self.truth.losses());
-        Ok(log)
+        self.assembled(self.gatherer.clone(), config)
     }
 
-    fn into_log(self, config: &Config) -> Result<(Log, RecordedTruth), LogError> {
-        let found = assemble(
-            self.gatherer,
-            self.file,
-            config,
-            self.channels,
-            &self.losses,
-        );
-        let mut log = found
-            .map_err(|stopped| stopped.into_error(&self.losses))?
-            .log;
+    fn into_log(mut self, config: &Config) -> Result<(Log, RecordedTruth), LogError> {
+        let gatherer = std::mem::take(&mut self.gatherer);
+        Ok((self.assembled(gatherer, config)?, self.truth))
+    }
+
+    fn assembled(&self, gatherer: Gatherer, config: &Config) -> Result<Log, LogError> {
+        let (file, channels) = (self.file.clone(), self.channels.clone());
+        let found = assemble(gatherer, file, config, channels, &self.losses);
+        let mut log = (found.map_err(|stopped| stopped.into_error(&self.losses))?).log;
         log.losses.extend(self.truth.losses());
-        Ok((log, self.truth))
+        Ok(log)
     }
 
     /// Its file name, without directories.
@@ -146,17 +131,11 @@ impl Gathered {
     }
 }
 
-/// Bytes of a file; 0 where it cannot be told, which opening it will say.
-pub fn length(path: &Path) -> u64 {
-    std::fs::metadata(path).map_or(0, |metadata| metadata.len())
-}
-
 /// What the configuration says of messages without a checksum that holds.
 pub fn unchecked(config: &Config) -> Unchecked {
-    if config.input.trust_unchecked {
-        Unchecked::Used
-    } else {
-        Unchecked::LeftOut
+    match config.input.trust_unchecked {
+        true => Unchecked::Used,
+        false => Unchecked::LeftOut,
     }
 }
 

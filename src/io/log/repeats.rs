@@ -1,8 +1,10 @@
 //! Readings that merely repeat a sonar's last value while the robot moved: a driver that publishes
 //! more often than its sonar fires.
 
+use crate::core::config::Frames;
 use crate::core::event::{OdometrySample, RangeReading, Return, Sonar};
-use crate::core::geometry::{Vec2, wrap_angle};
+use crate::core::geometry::{Pose2, wrap_angle};
+use crate::core::odometry::Track;
 
 /// Less than this between two readings is no motion, metres and radians.
 const MOTION: f64 = 1e-3;
@@ -19,24 +21,31 @@ pub fn find(
     range_delay: f64,
     sonars: usize,
 ) -> Vec<bool> {
-    let delay_ns = libm::rint(range_delay * 1e9) as i64;
-    let mut last: Vec<Option<(u64, Pose)>> = vec![None; sonars];
-    readings
-        .iter()
-        .map(|reading| {
-            let here = pose_at(samples, reading.stamp_ns.saturating_sub(delay_ns));
-            let bits = reading.range.to_bits();
-            let now = here.filter(|_| reading.classify() == Return::Echo);
-            let Some(last) = last.get_mut(reading.sonar.index()) else {
-                return false;
-            };
-            let before = std::mem::replace(last, now.map(|pose| (bits, pose)));
-            match (before, now) {
-                (Some((same, there)), Some(here)) => same == bits && here.differs(there),
-                _ => false,
-            }
-        })
-        .collect()
+    let bounds = Frames {
+        max_odometry_gap: f64::INFINITY,
+        max_extrapolation: 0.0,
+        ..Frames::default()
+    };
+    let track = Track::new(samples, &bounds).with_range_delay(range_delay);
+    let mut last: Vec<Option<(u64, Pose2)>> = vec![None; sonars];
+    let repeats = |reading: &RangeReading| {
+        let is_echo = reading.classify() == Return::Echo;
+        let here = track.world_from_robot_at(reading).ok().filter(|_| is_echo);
+        let now = here.map(|here| (reading.range.to_bits(), here));
+        let Some(last) = last.get_mut(reading.sonar.index()) else {
+            return false;
+        };
+        match (std::mem::replace(last, now), now) {
+            (Some((same, there)), Some((bits, here))) => same == bits && has_moved(there, here),
+            _ => false,
+        }
+    };
+    readings.iter().map(repeats).collect()
+}
+
+fn has_moved(from: Pose2, to: Pose2) -> bool {
+    (to.position() - from.position()).norm() > MOTION
+        || wrap_angle(to.yaw - from.yaw).abs() > MOTION
 }
 
 /// What a person is told of the repeats; `None` where there are few.
@@ -82,44 +91,10 @@ pub fn note(
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Pose {
-    position: Vec2,
-    yaw: f64,
-}
-
-impl Pose {
-    fn differs(self, other: Self) -> bool {
-        (self.position - other.position).norm() > MOTION
-            || wrap_angle(self.yaw - other.yaw).abs() > MOTION
-    }
-}
-
-/// The robot's pose between two samples; `None` outside all of them.
-fn pose_at(samples: &[OdometrySample], stamp_ns: i64) -> Option<Pose> {
-    let next = samples.partition_point(|s| s.stamp_ns <= stamp_ns);
-    let before = samples.get(next.checked_sub(1)?)?;
-    let pose = before.world_from_robot;
-    let Some(after) = samples.get(next) else {
-        return (before.stamp_ns == stamp_ns).then_some(Pose {
-            position: pose.position(),
-            yaw: pose.yaw,
-        });
-    };
-    let span = after.stamp_ns.saturating_sub(before.stamp_ns) as f64;
-    let part = stamp_ns.saturating_sub(before.stamp_ns) as f64 / span;
-    let change = after.world_from_robot.position() - pose.position();
-    Some(Pose {
-        position: pose.position() + change * part,
-        yaw: pose.yaw + wrap_angle(after.world_from_robot.yaw - pose.yaw) * part,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::core::event::SonarId;
-    use crate::core::geometry::Pose2;
 
     fn reading(stamp_ns: i64, sonar: u16, range: f64) -> RangeReading {
         RangeReading {

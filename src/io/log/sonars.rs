@@ -1,7 +1,6 @@
 //! The sonars: their names, mounts and beams, and their readings in order.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -23,6 +22,8 @@ pub struct SourceKey {
     pub frame: String,
     /// Its place in a message that holds several.
     pub element: Option<usize>,
+    /// Which of the forms that its topic's messages have.
+    pub form: usize,
 }
 
 /// A sonar of which only the messages are known.
@@ -40,6 +41,7 @@ pub struct Source {
     likely_beam_width: Option<f64>,
     /// When its messages were stamped and recorded.
     pub clock: Clock,
+    pub readings: u64,
 }
 
 impl Source {
@@ -52,7 +54,16 @@ impl Source {
             beam_width: None,
             likely_beam_width: None,
             clock: Clock::default(),
+            readings: 0,
         }
+    }
+
+    /// Takes the same sonar in messages of another form.
+    pub fn join(&mut self, other: &Self) {
+        self.turned |= other.turned || self.frame_from_beam != other.frame_from_beam;
+        self.beam_width = self.beam_width.or(other.beam_width);
+        self.likely_beam_width = self.likely_beam_width.or(other.likely_beam_width);
+        self.readings += other.readings;
     }
 
     /// Takes what a message says of the beam's width, radians; 0 or NaN for nothing.
@@ -78,8 +89,6 @@ fn usable(width: f64) -> Option<f64> {
 /// What sonars are placed by.
 #[derive(Debug, Clone, Copy)]
 pub struct Placing<'a> {
-    /// Name of the log.
-    pub file: &'a str,
     /// Topic of the odometry.
     pub odometry_topic: &'a str,
     /// Frame that the odometry is in.
@@ -100,34 +109,10 @@ pub struct Placed {
     pub sonars: Vec<Sonar>,
     /// By stamp, ties by sonar.
     pub readings: Vec<RangeReading>,
-    /// By name.
-    pub left_out: Vec<LeftOut>,
-}
-
-/// A sonar that cannot be used, while others can.
-#[derive(Debug)]
-pub struct LeftOut {
-    sonar: String,
-    readings: u64,
-    /// What is missing.
-    pub why: LogError,
-}
-
-impl fmt::Display for LeftOut {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let readings = counted(self.readings, "reading");
-        write!(
-            f,
-            "sonar `{}`, {readings}: left out, since {}",
-            self.sonar,
-            self.why.in_short()
-        )
-    }
-}
-
-/// That the odometry does not name the frame that it moves, with those that may be it.
-struct NoRobotFrame {
-    carriers: Vec<String>,
+    /// What is missing of the sonars that cannot be used, while others can, by name.
+    pub left_out: Vec<LogError>,
+    /// The same, for a person.
+    pub losses: Vec<String>,
 }
 
 /// A source with its name and what the configuration says of it.
@@ -140,6 +125,9 @@ struct Named<'a> {
     frame_mount: Option<Pose2>,
     /// What the configuration says of the frame.
     ring: SonarOverride,
+    placed: Option<(SonarId, Mount)>,
+    /// Readings whose beam width is that of others.
+    lacking: u64,
 }
 
 impl Placing<'_> {
@@ -154,67 +142,54 @@ impl Placing<'_> {
         mut readings: Vec<RangeReading>,
         notes: &mut Vec<String>,
     ) -> Result<Placed, LogError> {
-        let named = self.name(sources, notes);
+        let mut named = self.name(sources, notes);
         let robot_frame = self.robot_frame(&named, notes);
         let mut order: Vec<usize> = (0..named.len()).collect();
-        order.sort_by(|a, b| {
-            let name = |i: &usize| named.get(*i).map(|sonar| &sonar.name);
-            name(a).cmp(&name(b))
-        });
-        let mut sonars = Vec::with_capacity(named.len());
-        let mut mounts = Vec::with_capacity(named.len());
-        let mut left_out = Vec::new();
-        let mut ids = vec![None; named.len()];
-        for index in order {
-            let (Some(sonar), Some(id)) = (named.get(index), ids.get_mut(index)) else {
+        order.sort_by_cached_key(|place| named.get(*place).map(|sonar| sonar.name.clone()));
+        let (mut sonars, mut left_out, mut losses) = (Vec::new(), Vec::new(), Vec::new());
+        for place in &order {
+            let Some(sonar) = named.get_mut(*place) else {
                 continue;
             };
             match self.mount_with(sonar, &robot_frame) {
                 Ok(mount) => {
-                    *id = Some(SonarId(u16::try_from(sonars.len()).map_err(|_| {
-                        LogError::TooManySonars {
-                            file: self.file.to_owned(),
-                        }
-                    })?));
-                    mounts.push((sonar, mount));
+                    let id = u16::try_from(sonars.len()).unwrap_or(u16::MAX); // there are few
+                    sonar.placed = Some((SonarId(id), mount));
                     sonars.push(Sonar {
                         name: sonar.name.clone(),
                         topic: sonar.source.key.topic.clone(),
                         robot_from_sensor: mount.robot_from_sensor,
                     });
                 }
-                Err(why) => left_out.push((index, why)),
-            }
-        }
-        notes.extend(on_mounts(&mounts));
-        if sonars.is_empty() && !left_out.is_empty() {
-            return Err(left_out.swap_remove(0).1);
-        }
-        let mut widths = vec![0_u64; named.len()];
-        let mut unplaced = vec![0_u64; named.len()];
-        readings.retain_mut(|reading| {
-            let index = reading.sonar.index();
-            match (named.get(index), ids.get(index), widths.get_mut(index)) {
-                (Some(sonar), Some(Some(id)), Some(lacking)) => {
-                    reading.sonar = *id;
-                    *lacking += u64::from(self.complete(sonar, reading));
-                    return true;
+                Err(why) => {
+                    losses.push(format!(
+                        "sonar `{}`, {}: left out, since {}",
+                        sonar.name,
+                        counted(sonar.source.readings, "reading"),
+                        why.in_short()
+                    ));
+                    left_out.push(why);
                 }
-                _ => unplaced.get_mut(index).into_iter().for_each(|n| *n += 1),
             }
-            false
+        }
+        readings.retain_mut(|reading| {
+            let Some(sonar) = named.get_mut(reading.sonar.index()) else {
+                return false;
+            };
+            let Some((id, _)) = sonar.placed else {
+                return false;
+            };
+            reading.sonar = id;
+            sonar.lacking += u64::from(self.complete(sonar, reading));
+            true
         });
-        let left_out = left_out.into_iter().filter_map(|(index, why)| {
-            Some(LeftOut {
-                sonar: named.get(index)?.name.clone(),
-                readings: *unplaced.get(index)?,
-                why,
-            })
-        });
-        let left_out = left_out.collect();
-        let placed: Vec<&Named<'_>> = mounts.iter().map(|(sonar, _)| *sonar).collect();
-        notes.extend(on_missing_widths(&named, &widths));
-        notes.extend(on_senseless_widths(&placed, self));
+        let by_name: Vec<&Named<'_>> = order.iter().filter_map(|i| named.get(*i)).collect();
+        notes.extend(on_mounts(&by_name));
+        if sonars.is_empty() && !left_out.is_empty() {
+            return Err(left_out.swap_remove(0));
+        }
+        notes.extend(on_missing_widths(&by_name));
+        notes.extend(on_senseless_widths(&by_name, self));
         let place = |r: &RangeReading| (r.stamp_ns, r.sonar);
         if !readings.is_sorted_by_key(place) {
             readings.sort_by_key(place); // which takes memory
@@ -223,6 +198,7 @@ impl Placing<'_> {
             sonars,
             readings,
             left_out,
+            losses,
         })
     }
 
@@ -230,13 +206,13 @@ impl Placing<'_> {
     fn mount_with(
         &self,
         sonar: &Named<'_>,
-        robot_frame: &Result<String, NoRobotFrame>,
+        robot_frame: &Result<String, Vec<String>>,
     ) -> Result<Mount, LogError> {
         let is_given = mount_of(&sonar.known).is_some() || sonar.frame_mount.is_some();
         let mount = match robot_frame {
             Ok(robot_frame) => self.mount(sonar, robot_frame)?,
             Err(_) if is_given => self.mount(sonar, "")?,
-            Err(NoRobotFrame { carriers }) => {
+            Err(carriers) => {
                 return Err(LogError::NoRobotFrame {
                     topic: self.odometry_topic.to_owned(),
                     carriers: carriers.clone(),
@@ -333,22 +309,42 @@ impl Placing<'_> {
     }
 
     /// A sonar's name: its frame, or its topic where two topics share the frame; and its place in
-    /// the message, where that holds several.
+    /// the message, where that holds several. What few of a topic's readings name takes no name from another.
     fn name<'s>(&self, sources: &'s [Source], notes: &mut Vec<String>) -> Vec<Named<'s>> {
-        let origins: BTreeSet<(&str, &str)> = sources
-            .iter()
-            .map(|s| (s.key.topic.as_str(), s.key.frame.as_str()))
-            .collect();
+        let origin = |source: &'s Source| (&*source.key.topic, &*source.key.frame);
+        let (mut readings, mut most) = (BTreeMap::new(), BTreeMap::new());
+        for source in sources {
+            let of_topic: &mut u64 = most.entry(origin(source).0).or_default();
+            *of_topic = (*of_topic).max(source.readings);
+            let of_origin: &mut u64 = readings.entry(origin(source)).or_default();
+            *of_origin = (*of_origin).max(source.readings);
+        }
+        let is_usual = |origin: &(&str, &str)| {
+            let count = readings.get(origin).copied().unwrap_or(0);
+            most.get(origin.0).is_some_and(|most| *most <= 10 * count)
+        };
+        // By how many origins each is named, and by how many of the usual ones.
         let (mut on_topic, mut in_frame) = (BTreeMap::new(), BTreeMap::new());
-        for (topic, frame) in &origins {
-            *on_topic.entry(*topic).or_insert(0) += 1;
-            *in_frame.entry(*frame).or_insert(0) += 1;
+        for (topic, frame) in readings.keys() {
+            let is_usual = is_usual(&(topic, frame));
+            for (all, usual) in [
+                on_topic.entry(*topic).or_default(),
+                in_frame.entry(*frame).or_default(),
+            ] {
+                *all += 1_u64;
+                *usual += u64::from(is_usual);
+            }
         }
         let mut unused: BTreeSet<&str> = self.config.sonar.keys().map(String::as_str).collect();
+        let mut taken = BTreeSet::new();
         let named = sources.iter().map(|source| {
-            let (topic, frame) = (source.key.topic.as_str(), source.key.frame.as_str());
-            let only_of_topic = on_topic.get(topic) == Some(&1);
-            let only_of_frame = in_frame.get(frame) == Some(&1);
+            let (topic, frame) = origin(source);
+            let is_usual = is_usual(&(topic, frame));
+            let only = |of: Option<&(u64, u64)>| {
+                of.is_some_and(|(all, usual)| 1 == if is_usual { *usual } else { *all })
+            };
+            let (only_of_topic, only_of_frame) =
+                (only(on_topic.get(topic)), only(in_frame.get(frame)));
             let whole = match (frame.is_empty(), only_of_frame, only_of_topic) {
                 (false, true, _) => frame.to_owned(),
                 (_, _, true) => topic.to_owned(),
@@ -358,6 +354,14 @@ impl Placing<'_> {
                 Some(element) => format!("{whole}[{element}]"),
                 None => whole.clone(),
             };
+            let mut name = if taken.contains(&name) {
+                format!("{topic}:{name}")
+            } else {
+                name
+            };
+            while !taken.insert(name.clone()) {
+                name.push('\'');
+            }
             unused.remove(whole.as_str());
             unused.remove(name.as_str());
             let of = |name: &str| self.config.sonar.get(name).cloned().unwrap_or_default();
@@ -374,6 +378,8 @@ impl Placing<'_> {
                     ..own
                 },
                 ring,
+                placed: None,
+                lacking: 0,
             }
         });
         let named = named.collect();
@@ -385,11 +391,14 @@ impl Placing<'_> {
 
     /// The frame that the odometry moves: as it says, or else the one that carries every sonar
     /// whose mount is not in the configuration.
+    ///
+    /// # Errors
+    /// The frames that may be it.
     fn robot_frame(
         &self,
         named: &[Named<'_>],
         notes: &mut Vec<String>,
-    ) -> Result<String, NoRobotFrame> {
+    ) -> Result<String, Vec<String>> {
         let mut to_mount = named
             .iter()
             .filter(|sonar| mount_of(&sonar.known).is_none() && sonar.frame_mount.is_none())
@@ -417,9 +426,7 @@ impl Placing<'_> {
             ));
             return Ok((*carrier).to_owned());
         }
-        Err(NoRobotFrame {
-            carriers: carriers.into_iter().map(Into::into).collect(),
-        })
+        Err(carriers.into_iter().map(Into::into).collect())
     }
 }
 
@@ -436,38 +443,40 @@ fn in_space(pose: Pose2) -> Isometry3<f64> {
 pub const TOO_WIDE: &str = "wider than any sonar's";
 
 /// Mounts that are not what they are taken for.
-fn on_mounts(mounts: &[(&Named<'_>, Mount)]) -> Vec<String> {
-    let of = |test: &dyn Fn(&Named<'_>, &Mount) -> bool| -> Vec<&Named<'_>> {
-        let some = mounts.iter().filter(|(sonar, mount)| test(sonar, mount));
-        some.map(|(sonar, _)| *sonar).collect()
+fn on_mounts(named: &[&Named<'_>]) -> Vec<String> {
+    let placed = || {
+        named
+            .iter()
+            .filter_map(|sonar| Some((*sonar, sonar.placed?.1)))
     };
-    let told = |sonars: Vec<&Named<'_>>, one: &str, many: &str| match sonars.len() {
-        0 => None,
-        1 => Some(one.replace("{}", &which(&sonars))),
-        _ => Some(many.replace("{}", &which(&sonars))),
+    let told = |test: &dyn Fn(&Named<'_>, &Mount) -> bool, one: &str, many: &str| {
+        let some = placed().filter(|(sonar, mount)| test(sonar, mount));
+        let sonars: Vec<&Named<'_>> = some.map(|(sonar, _)| sonar).collect();
+        let text = if sonars.len() == 1 { one } else { many };
+        (!sonars.is_empty()).then(|| text.replace("{}", &which(&sonars)))
     };
-    let tilts = mounts.iter().filter_map(|(_, mount)| mount.tilt);
-    let most = tilts
-        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
-        .unwrap_or(0.0);
-    let most = format!("{:.1} deg out of the plane", most.to_degrees());
+    let tilts = placed().filter_map(|(_, mount)| mount.tilt);
+    let most = tilts.max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let most = most.unwrap_or(0.0).to_degrees();
     let notes = [
         told(
-            of(&|_, mount| mount.tilt.is_some()),
+            &|_, mount| mount.tilt.is_some(),
             &format!(
-                "{{}} is tilted {most}; its mount is projected and its ranges are taken as they are"
+                "{{}} is tilted {most:.1} deg out of the plane; its mount is projected and its ranges are taken as \
+                 they are"
             ),
             &format!(
-                "{{}} are tilted up to {most}; their mounts are projected and their ranges are taken as they are"
+                "{{}} are tilted up to {most:.1} deg out of the plane; their mounts are projected and their ranges \
+                 are taken as they are"
             ),
         ),
         told(
-            of(&|_, mount| mount.moved),
+            &|_, mount| mount.moved,
             "the mount of {} moves on /tf; its first pose is taken for the whole log",
             "the mounts of {} move on /tf; their first poses are taken for the whole log",
         ),
         told(
-            of(&|sonar, _| sonar.source.turned),
+            &|sonar, _| sonar.source.turned,
             "the beam of {} turns in its messages; its first bearing is taken for the whole log",
             "the beams of {} turn in their messages; their first bearings are taken for the whole log",
         ),
@@ -475,19 +484,15 @@ fn on_mounts(mounts: &[(&Named<'_>, Mount)]) -> Vec<String> {
     notes.into_iter().flatten().collect()
 }
 
-/// Readings without beam width, of sonars whose other readings have one; `lacking` counts them sonar by
-/// sonar.
-fn on_missing_widths(named: &[Named<'_>], lacking: &[u64]) -> Option<String> {
-    let some: Vec<(&Named<'_>, u64)> = (named.iter().zip(lacking.iter().copied()))
-        .filter(|(_, lacking)| *lacking > 0)
-        .collect();
-    let readings = some.iter().map(|(_, lacking)| lacking).sum();
-    let widths = some.iter().filter_map(|(sonar, _)| sonar.source.beam_width);
-    let first = widths.clone().next()?.to_degrees();
-    let all_same = widths.clone().all(|width| width.to_degrees() == first);
-    let sonars: Vec<&Named<'_>> = some.iter().map(|(sonar, _)| *sonar).collect();
+/// Readings without beam width, of sonars whose other readings have one.
+fn on_missing_widths(named: &[&Named<'_>]) -> Option<String> {
+    let some = named.iter().copied().filter(|sonar| sonar.lacking > 0);
+    let sonars: Vec<&Named<'_>> = some.collect();
+    let readings = sonars.iter().map(|sonar| sonar.lacking).sum();
+    let mut widths = sonars.iter().filter_map(|sonar| sonar.source.beam_width);
+    let first = widths.next()?.to_degrees();
     let whose = if sonars.len() == 1 { "its" } else { "their" };
-    let taken = if all_same {
+    let taken = if widths.all(|width| width.to_degrees() == first) {
         format!("the {first:.1} deg that {whose} others give are taken")
     } else {
         format!("what {whose} others give is taken")
@@ -501,27 +506,32 @@ fn on_missing_widths(named: &[Named<'_>], lacking: &[u64]) -> Option<String> {
 }
 
 /// Beams as wide as no sonar's is, which the configuration does not overrule.
-fn on_senseless_widths(placed: &[&Named<'_>], placing: &Placing<'_>) -> Option<String> {
-    let read = |sonar: &Named<'_>| sonar.source.beam_width.filter(|width| is_senseless(*width));
-    let overruled = |sonar: &Named<'_>, width| placing.overruling(sonar, width).is_some();
-    let sonars: Vec<&Named<'_>> = (placed.iter().copied())
-        .filter(|sonar| read(sonar).is_some_and(|width| !overruled(sonar, width)))
-        .collect();
+fn on_senseless_widths(named: &[&Named<'_>], placing: &Placing<'_>) -> Option<String> {
+    let read = |sonar: &Named<'_>| {
+        let width = sonar
+            .source
+            .beam_width
+            .filter(|width| is_senseless(*width))?;
+        placing.overruling(sonar, width).is_none().then_some(width)
+    };
+    let some = named.iter().copied().filter(|sonar| sonar.placed.is_some());
+    let sonars: Vec<&Named<'_>> = some.filter(|sonar| read(sonar).is_some()).collect();
     let width = sonars.iter().find_map(|sonar| read(sonar))?;
     // What is beyond half a turn can only be meant in degrees.
-    let likely = if width > std::f64::consts::PI {
-        width as f32 // as the driver wrote it
-    } else {
-        22.5
+    let likely = match width > std::f64::consts::PI {
+        true => width as f32, // as the driver wrote it
+        false => 22.5,
+    };
+    let (verb, whose) = match sonars.len() {
+        1 => ("is", "its"),
+        _ => ("are", "their"),
     };
     Some(format!(
-        "the {} of {} {} {:.0} deg wide by {} messages ({width:.3} rad), {TOO_WIDE}: if the driver \
+        "the {} of {} {verb} {:.0} deg wide by {whose} messages ({width:.3} rad), {TOO_WIDE}: if the driver \
          writes degrees, sonars.beam_width = {likely} (deg) in the configuration overrules it",
         plural(sonars.len() as u64, "beam"),
         which(&sonars),
-        if sonars.len() == 1 { "is" } else { "are" },
         width.to_degrees(),
-        if sonars.len() == 1 { "its" } else { "their" },
     ))
 }
 

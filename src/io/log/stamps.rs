@@ -17,6 +17,8 @@ const SWAPPED: i64 = 4;
 const FEW: usize = 3;
 /// A drive does not pause for longer, nanoseconds.
 const AWAY: i64 = 3_600_000_000_000;
+/// Nor does a robot with sonars drive as far from one pose to the next, metres.
+const FAR: f64 = 1000.0;
 /// So many delays are kept of each clock at the most.
 const KEPT: usize = 1024;
 
@@ -366,48 +368,55 @@ pub fn backward(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
     })
 }
 
-/// Takes out what stands at either end of `items`, which are in stamp order, more than [`AWAY`] from all
-/// others: a damaged stamp, or a clock that was not set yet. Says what was lost.
+/// Takes out the few messages whose stamps lie more than [`AWAY`] from all others: damaged ones, or those of a
+/// clock that was not set yet. `items` are in stamp order. Says what was lost.
 pub fn take_out_astray<T>(
     items: &mut Vec<T>,
     stamp: impl Fn(&T) -> i64,
     what: &str,
 ) -> Option<String> {
-    let stamps: Vec<i64> = items.iter().map(stamp).collect();
-    if stamps.len() <= 10 * FEW {
+    let is_apart = |a: &T, b: &T| stamp(b).saturating_sub(stamp(a)) > AWAY;
+    let (lost, first) = take_out_apart(items, &stamp, is_apart)?;
+    Some(format!(
+        "{} on {what} with a stamp more than an hour from all others left out, the first at {:.3} s",
+        counted(lost, "message"),
+        seconds(first)
+    ))
+}
+
+/// Takes out the few poses that lie more than [`FAR`] from those before and behind, and says what was lost.
+/// Samples are in stamp order.
+pub fn take_out_far(samples: &mut Vec<OdometrySample>, topic: &str) -> Option<String> {
+    let place = |sample: &OdometrySample| sample.world_from_robot.position();
+    let is_apart = |a: &OdometrySample, b: &OdometrySample| (place(b) - place(a)).norm() > FAR;
+    let (lost, first) = take_out_apart(samples, |sample| sample.stamp_ns, is_apart)?;
+    Some(format!(
+        "{} on {topic} more than {FAR} m from all others left out, the first at {:.3} s",
+        counted(lost, "pose"),
+        seconds(first)
+    ))
+}
+
+/// Takes out what comes by [`FEW`] at the most and is apart from its neighbours, unless that is much of all.
+/// How many, and the stamp of the first.
+fn take_out_apart<T>(
+    items: &mut Vec<T>,
+    stamp: impl Fn(&T) -> i64,
+    is_apart: impl Fn(&T, &T) -> bool,
+) -> Option<(u64, i64)> {
+    let mut stays = Vec::with_capacity(items.len());
+    for run in items.chunk_by(|a, b| !is_apart(a, b)) {
+        stays.extend(std::iter::repeat_n(run.len() > FEW, run.len()));
+    }
+    let lost = stays.iter().filter(|stays| !**stays).count();
+    let first = stays.iter().position(|stays| !stays)?;
+    if 10 * lost >= items.len() {
         return None;
     }
-    let is_apart = |pair: &[i64]| matches!(pair, [a, b] if b.saturating_sub(*a) > AWAY);
-    let ends = || {
-        stamps
-            .windows(2)
-            .enumerate()
-            .filter(|(_, pair)| is_apart(pair))
-    };
-    let from = ends()
-        .map(|(at, _)| at + 1)
-        .take_while(|from| *from <= FEW)
-        .last();
-    let to = ends()
-        .map(|(at, _)| at + 1)
-        .find(|to| *to + FEW >= stamps.len());
-    let (from, to) = (from.unwrap_or(0), to.unwrap_or(stamps.len()));
-    let lost = from + (stamps.len() - to);
-    let first = if from > 0 {
-        stamps.first()
-    } else {
-        stamps.get(to)
-    };
-    let text = first.map(|first| {
-        format!(
-            "{} on {what} with a stamp more than an hour from all others left out, the first at {:.3} s",
-            counted(lost as u64, "message"),
-            seconds(*first)
-        )
-    })?;
-    items.truncate(to);
-    items.drain(..from);
-    Some(text)
+    let first = items.get(first).map(stamp)?;
+    let mut stays = stays.into_iter();
+    items.retain(|_| stays.next() != Some(false));
+    Some((lost as u64, first))
 }
 
 /// Readings with the stamp of another one of their sonar; they are in stamp order.

@@ -8,14 +8,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::assemble::assemble;
-use super::budget::Budget;
 use super::channels::{ChannelReport, Channels};
-use super::clock::{ChannelClock, Clocks};
 use super::container::{self, Loss};
 use super::error::LogError;
 use super::gather::{Gatherer, STAND_IN};
 use super::message::{Content, Role};
-use super::read::{file_name, length, unchecked};
+use super::read::{file_name, unchecked};
 use super::stamps::ClockSet;
 use crate::core::config::{Config, SonarOverride};
 use crate::core::log::Log;
@@ -59,9 +57,8 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
     let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::default();
     let mut clocks = Clocks::default();
-    let mut budget = Budget::new(config, length(path));
     let losses = container::walk(path, unchecked(config), &mut |channel, message| {
-        let read = channels.read(channel, message, &mut budget);
+        let read = channels.read(channel, message);
         let stamp = read.as_ref().and_then(|read| stamp(&read.content));
         clocks.take(channel.id, message.log_time, stamp);
         if let Some(read) = read {
@@ -69,10 +66,10 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
         }
     })
     .map_err(|error| LogError::open(path, error))?;
-    budget.check(&file_name(path))?;
-    let (channels, clocks) = together(channels.into_reports(), clocks);
+    let file = file_name(path);
+    let (channels, clocks) = together(channels.into_reports(&file)?, clocks);
     let mending = Mending {
-        file: file_name(path),
+        file,
         config: config.clone(),
         gatherer,
         obstacles: Vec::new(),
@@ -121,14 +118,15 @@ fn together(
 
 fn odometry_topic(channels: &[ChannelReport]) -> Option<String> {
     let moves = |channel: &&ChannelReport| {
-        channel.used && !matches!(channel.role, None | Some(Role::Range | Role::Transform))
+        channel.used && matches!(channel.role, Some(Role::Odometry | Role::Pose))
     };
-    // The busiest; of equally busy ones the first by name.
-    channels
-        .iter()
-        .filter(moves)
-        .min_by_key(|channel| std::cmp::Reverse(channel.messages.saturating_sub(channel.undecoded)))
-        .map(|channel| channel.topic.clone())
+    // Odometry before poses, then the busiest; of equally busy ones the first by name.
+    let rank = |channel: &&ChannelReport| {
+        let read = channel.messages.saturating_sub(channel.undecoded);
+        (channel.role, std::cmp::Reverse(read))
+    };
+    let first = channels.iter().filter(moves).min_by_key(rank);
+    first.map(|channel| channel.topic.clone())
 }
 
 /// A survey while one obstacle after the other is cleared away.
@@ -292,6 +290,127 @@ fn likely_robot_frame(frames: &[&str]) -> String {
         .or_else(|| frames.iter().copied().find(|name| name.contains("base")))
         .unwrap_or("base_link")
         .to_owned()
+}
+
+/// The clock of one channel.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ChannelClock {
+    /// Its messages, read or not.
+    pub messages: u64,
+    /// When its earliest message was recorded, nanoseconds.
+    pub first_logged_ns: i64,
+    /// When its latest message was recorded, nanoseconds.
+    pub last_logged_ns: i64,
+    /// Messages that lie in the file behind one of this channel that was recorded later.
+    pub out_of_order: u64,
+    /// Messages whose header has a stamp other than 0.
+    pub stamped: u64,
+    /// Messages whose header has the stamp 0.
+    pub unstamped: u64,
+    /// Messages stamped earlier than the one before them.
+    pub backward: u64,
+    /// Messages with the stamp of the one before them.
+    pub repeated: u64,
+    /// Time from stamp to recording in the middle of all, nanoseconds.
+    pub median_delay_ns: Option<i64>,
+    /// The time from stamp to recording that is farthest from 0, nanoseconds.
+    pub extreme_delay_ns: Option<i64>,
+}
+
+/// The clocks of a log while it is read, by the numbers of their channels.
+#[derive(Debug, Default)]
+pub struct Clocks(BTreeMap<u16, Running>);
+
+#[derive(Debug, Default)]
+struct Running {
+    clock: ChannelClock,
+    last_stamp: Option<i64>,
+    delays: Vec<i64>,
+}
+
+impl Clocks {
+    /// Takes a message: when it was recorded and, where it was read, the stamp of its header.
+    pub fn take(&mut self, channel: u16, log_time: u64, stamp_ns: Option<i64>) {
+        let running = self.0.entry(channel).or_default();
+        running.take(i64::try_from(log_time).unwrap_or(i64::MAX), stamp_ns);
+    }
+
+    /// The clock of a channel.
+    pub fn finish(&mut self, channel: u16) -> ChannelClock {
+        self.0.remove(&channel).unwrap_or_default().finish()
+    }
+}
+
+impl Running {
+    fn take(&mut self, logged_ns: i64, stamp_ns: Option<i64>) {
+        let clock = &mut self.clock;
+        if clock.messages == 0 {
+            (clock.first_logged_ns, clock.last_logged_ns) = (logged_ns, logged_ns);
+        }
+        clock.messages += 1;
+        clock.out_of_order += u64::from(logged_ns < clock.last_logged_ns);
+        clock.first_logged_ns = clock.first_logged_ns.min(logged_ns);
+        clock.last_logged_ns = clock.last_logged_ns.max(logged_ns);
+        match stamp_ns {
+            None => {}
+            Some(0) => clock.unstamped += 1,
+            Some(stamp) => {
+                clock.stamped += 1;
+                clock.backward += u64::from(self.last_stamp.is_some_and(|last| stamp < last));
+                clock.repeated += u64::from(self.last_stamp == Some(stamp));
+                self.last_stamp = Some(stamp);
+                self.delays.push(logged_ns.saturating_sub(stamp));
+            }
+        }
+    }
+
+    fn finish(mut self) -> ChannelClock {
+        let delays = &mut self.delays;
+        delays.sort_unstable();
+        ChannelClock {
+            median_delay_ns: delays.get(delays.len() / 2).copied(),
+            extreme_delay_ns: delays
+                .first()
+                .into_iter()
+                .chain(delays.last())
+                .copied()
+                .max_by_key(|delay| delay.unsigned_abs()),
+            ..self.clock
+        }
+    }
+}
+
+impl ChannelClock {
+    /// Two channels seen as one; the median is that of the busier one.
+    pub fn together(self, other: Self) -> Self {
+        let busier = if other.stamped > self.stamped {
+            &other
+        } else {
+            &self
+        };
+        let extremes = self
+            .extreme_delay_ns
+            .into_iter()
+            .chain(other.extreme_delay_ns);
+        Self {
+            messages: self.messages + other.messages,
+            first_logged_ns: self.first_logged_ns.min(other.first_logged_ns),
+            last_logged_ns: self.last_logged_ns.max(other.last_logged_ns),
+            out_of_order: self.out_of_order + other.out_of_order,
+            stamped: self.stamped + other.stamped,
+            unstamped: self.unstamped + other.unstamped,
+            backward: self.backward + other.backward,
+            repeated: self.repeated + other.repeated,
+            median_delay_ns: busier.median_delay_ns,
+            extreme_delay_ns: extremes.max_by_key(|delay| delay.unsigned_abs()),
+        }
+    }
+
+    /// Messages per second of recording; `None` where no time passed.
+    pub fn rate(&self) -> Option<f64> {
+        let seconds = self.last_logged_ns.saturating_sub(self.first_logged_ns) as f64 * 1e-9;
+        (seconds > 0.0).then(|| self.messages.saturating_sub(1) as f64 / seconds)
+    }
 }
 
 #[cfg(test)]

@@ -112,13 +112,10 @@ impl RecordedTruth {
         if json.len() > LONGEST_MESSAGE {
             return Err(WorldProblem::TooLong { bytes: json.len() });
         }
-        let world: World = serde_json::from_slice(json).map_err(WorldError::Format)?;
-        match &self.world {
-            Some(known) if *known != world => Err(WorldProblem::Several),
-            _ => {
-                self.world = Some(world);
-                Ok(())
-            }
+        let world = serde_json::from_slice(json).map_err(WorldError::Format)?;
+        match *self.world.get_or_insert_with(|| World::clone(&world)) == world {
+            true => Ok(()),
+            false => Err(WorldProblem::Several),
         }
     }
 

@@ -1,11 +1,11 @@
 //! The message types that are read: which fields are wanted of each, and what makes them a message.
 //!
-//! A new type is a row in [`TYPES`], and a function beside those in [`ranges`], [`poses`] or [`clouds`].
+//! A new type is a row in [`TYPES`], and a function beside those in [`ranges`] or [`poses`].
 
-use super::definition::short;
 use super::message::{Content, Role};
+use super::ros::short;
 use super::value::{FieldError, Fields};
-use super::{clouds, poses, ranges};
+use super::{poses, ranges};
 
 /// Makes a message of the wanted fields.
 pub type Read = fn(&Fields<'_>) -> Result<Content, FieldError>;
@@ -53,13 +53,13 @@ pub const TYPES: &[MessageType] = &[
     of(
         "sensor_msgs/PointCloud",
         Role::Range,
-        clouds::point_cloud,
+        ranges::point_cloud,
         "header.stamp header.frame_id points:xyz",
     ),
     of(
         "sensor_msgs/PointCloud2",
         Role::Range,
-        clouds::point_cloud_2,
+        ranges::point_cloud_2,
         "header.stamp header.frame_id fields.name fields.offset fields.datatype is_bigendian point_step data",
     ),
     of(

@@ -13,6 +13,7 @@ use nalgebra::{Matrix3, Matrix6};
 use re_cdr::{CdrWriter, LittleEndian};
 use serde::Serialize;
 
+use super::truth::{POSE_SCHEMA, READING_SCHEMA, WORLD_SCHEMA};
 use crate::core::geometry::Pose2;
 use crate::core::truth::{PoseTruth, ReadingTruth};
 use crate::core::world::World;
@@ -102,49 +103,35 @@ pub struct LogWriter<W: Write + Seek> {
     buffer: Vec<u8>,
 }
 
-/// How a topic's messages are described and encoded.
-struct Format {
-    schema: &'static str,
-    schema_encoding: &'static str,
-    text: &'static str,
-    message_encoding: &'static str,
-}
+/// How the messages of a topic are described and encoded: the type's name, its definition, and the encodings
+/// of that and of the messages.
+type Format = (&'static str, &'static str, [&'static str; 2]);
 
-impl Format {
-    const RANGE: Self = Self::ros2("sensor_msgs/msg/Range", include_str!("schemas/Range.msg"));
-    const ODOMETRY: Self = Self::ros2(
-        "nav_msgs/msg/Odometry",
-        include_str!("schemas/Odometry.msg"),
-    );
-    const TRANSFORMS: Self = Self::ros2(
-        "tf2_msgs/msg/TFMessage",
-        include_str!("schemas/TFMessage.msg"),
-    );
-    const TRUTH: Self = Self::json(
-        "tmam.ReadingTruth",
-        include_str!("schemas/ReadingTruth.json"),
-    );
-    const POSE: Self = Self::json("tmam.PoseTruth", include_str!("schemas/PoseTruth.json"));
-    const WORLD: Self = Self::json("tmam.World", include_str!("schemas/World.json"));
+const ROS_2: [&str; 2] = ["ros2msg", "cdr"];
+const JSON: [&str; 2] = ["jsonschema", "json"];
 
-    const fn ros2(schema: &'static str, text: &'static str) -> Self {
-        Self {
-            schema,
-            schema_encoding: "ros2msg",
-            text,
-            message_encoding: "cdr",
-        }
-    }
-
-    const fn json(schema: &'static str, text: &'static str) -> Self {
-        Self {
-            schema,
-            schema_encoding: "jsonschema",
-            text,
-            message_encoding: "json",
-        }
-    }
-}
+const RANGE: Format = (
+    "sensor_msgs/msg/Range",
+    include_str!("schemas/Range.msg"),
+    ROS_2,
+);
+const ODOMETRY: Format = (
+    "nav_msgs/msg/Odometry",
+    include_str!("schemas/Odometry.msg"),
+    ROS_2,
+);
+const TRANSFORMS: Format = (
+    "tf2_msgs/msg/TFMessage",
+    include_str!("schemas/TFMessage.msg"),
+    ROS_2,
+);
+const TRUTH: Format = (
+    READING_SCHEMA,
+    include_str!("schemas/ReadingTruth.json"),
+    JSON,
+);
+const POSE: Format = (POSE_SCHEMA, include_str!("schemas/PoseTruth.json"), JSON);
+const WORLD: Format = (WORLD_SCHEMA, include_str!("schemas/World.json"), JSON);
 
 impl<W: Write + Seek> LogWriter<W> {
     /// Starts a log on `output`.
@@ -178,7 +165,7 @@ impl<W: Write + Seek> LogWriter<W> {
             cdr.0.write_f32(value);
         }
         let topic = format!("/sonar/{}", message.sonar);
-        self.write(&topic, &Format::RANGE, message.stamp_ns)
+        self.write(&topic, RANGE, message.stamp_ns)
     }
 
     /// Where the robot thinks it is, on `/odom`, and as a transform on `/tf`.
@@ -230,7 +217,7 @@ impl<W: Write + Seek> LogWriter<W> {
         cdr.vector([twist.linear, 0.0, 0.0]);
         cdr.vector([0.0, 0.0, twist.angular]);
         cdr.covariance(&Matrix3::zeros());
-        self.write(topic, &Format::ODOMETRY, stamp_ns)
+        self.write(topic, ODOMETRY, stamp_ns)
     }
 
     /// Frames that never move, on `/tf_static`.
@@ -244,17 +231,17 @@ impl<W: Write + Seek> LogWriter<W> {
 
     /// What really echoed, on [`TRUTH_TOPIC`].
     pub fn truth(&mut self, truth: &ReadingTruth) -> Result<(), WriteError> {
-        self.json(TRUTH_TOPIC, &Format::TRUTH, truth.stamp_ns, truth)
+        self.json(TRUTH_TOPIC, TRUTH, truth.stamp_ns, truth)
     }
 
     /// Where the robot really was, on [`POSE_TOPIC`].
     pub fn true_pose(&mut self, truth: &PoseTruth) -> Result<(), WriteError> {
-        self.json(POSE_TOPIC, &Format::POSE, truth.stamp_ns, truth)
+        self.json(POSE_TOPIC, POSE, truth.stamp_ns, truth)
     }
 
     /// The world that the truth counts in, on [`WORLD_TOPIC`].
     pub fn world(&mut self, stamp_ns: i64, world: &World) -> Result<(), WriteError> {
-        self.json(WORLD_TOPIC, &Format::WORLD, stamp_ns, world)
+        self.json(WORLD_TOPIC, WORLD, stamp_ns, world)
     }
 
     /// Completes the log and gives its output back.
@@ -277,13 +264,13 @@ impl<W: Write + Seek> LogWriter<W> {
             cdr.0.write_string(transform.child);
             cdr.pose(transform.parent_from_child, transform.height);
         }
-        self.write(topic, &Format::TRANSFORMS, stamp_ns)
+        self.write(topic, TRANSFORMS, stamp_ns)
     }
 
     fn json(
         &mut self,
         topic: &str,
-        format: &Format,
+        format: Format,
         stamp_ns: i64,
         value: &impl Serialize,
     ) -> Result<(), WriteError> {
@@ -293,21 +280,14 @@ impl<W: Write + Seek> LogWriter<W> {
     }
 
     /// Appends what is in the buffer to a topic, whose channel its first message opens.
-    fn write(&mut self, topic: &str, format: &Format, stamp_ns: i64) -> Result<(), WriteError> {
+    fn write(&mut self, topic: &str, format: Format, stamp_ns: i64) -> Result<(), WriteError> {
         let channel_id = match self.channels.get(topic) {
             Some(id) => *id,
             None => {
-                let schema = self.mcap.add_schema(
-                    format.schema,
-                    format.schema_encoding,
-                    format.text.as_bytes(),
-                )?;
-                let id = self.mcap.add_channel(
-                    schema,
-                    topic,
-                    format.message_encoding,
-                    &BTreeMap::new(),
-                )?;
+                let (name, text, [schema_encoding, encoding]) = format;
+                let schema = (self.mcap).add_schema(name, schema_encoding, text.as_bytes())?;
+                let metadata = BTreeMap::new();
+                let id = (self.mcap).add_channel(schema, topic, encoding, &metadata)?;
                 self.channels.insert(topic.to_owned(), id);
                 id
             }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::core::rounding::optional;
 use crate::io::log::Role;
 use crate::io::log::channels::ChannelReport;
-use crate::io::log::clock::ChannelClock;
+use crate::io::log::survey::ChannelClock;
 
 /// One channel.
 #[derive(Debug, Clone, PartialEq, Serialize)]

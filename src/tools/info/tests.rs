@@ -9,7 +9,7 @@ use crate::core::log::Log;
 use crate::io::config::file::{check, parse};
 use crate::io::log::Role;
 use crate::io::log::channels::ChannelReport;
-use crate::io::log::clock::ChannelClock;
+use crate::io::log::survey::ChannelClock;
 
 /// Two sonars on a robot that drives 0.1 m a second past a wall, in numbers on no raster.
 fn good() -> Events {

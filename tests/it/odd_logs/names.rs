@@ -23,13 +23,29 @@ fn a_frame_that_one_reading_names_costs_it_and_is_told() {
     });
     let bench = Bench::new();
     let said = [
-        "sonar `sonar_0#`, 1 reading: left out",
-        "give the pose of `base_link` in `odom` and of `base_link` in `odo#`; all are taken",
+        "1 message on /sonar/sonar_03 left out: its frame (`sonar_0#`)",
+        "1 pose on /odom of `base_link` in `odo#`, unlike all others, left out",
     ];
     let run = replay(&bench, &bytes);
     says(&run, 3, &said);
     let path = bench.path("log.mcap");
     assert_eq!(bench.tmam(&path, "replay {} --strict").code, 2);
+}
+
+#[test]
+fn a_reading_that_names_another_sonars_frame_renames_none() {
+    let seen = Cell::new(0);
+    let bytes = changed(|mut message| {
+        if message.topic.ends_with("sonar_03") && seen.replace(seen.get() + 1) == 20 {
+            message.data[16..24].copy_from_slice(b"sonar_04");
+        }
+        vec![message]
+    });
+    let bench = Bench::new();
+    let said = "1 message on /sonar/sonar_03 left out: its frame (`sonar_04`)";
+    says(&replay(&bench, &bytes), 3, &[said]);
+    let features = bench.json("f")["features"].to_string();
+    assert!(features.contains("\"sonar_04\"") && !features.contains("/sonar/"));
 }
 
 #[test]

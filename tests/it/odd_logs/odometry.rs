@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::{changed, find, log, replay, says};
-use crate::support::Bench;
+use crate::support::{Bench, Message};
 
 #[test]
 fn the_transforms_that_move_the_robot_serve_where_nothing_else_does() {
@@ -55,16 +55,67 @@ fn transforms_under_another_name_are_told_and_can_be_chosen() {
     says(&half, 0, &["readings have no pose"]);
 }
 
+/// Where the position of an odometry message lies: behind a header and the child's frame.
+fn position(data: &[u8]) -> usize {
+    let frame = u32::from_le_bytes(data[12..16].try_into().unwrap()) as usize;
+    let child = (16 + frame).next_multiple_of(4);
+    let length = u32::from_le_bytes(data[child..child + 4].try_into().unwrap());
+    4 + (child + 4 + length as usize - 4).next_multiple_of(8)
+}
+
+#[test]
+fn a_single_pose_far_from_all_others_is_left_out() {
+    let seen = Cell::new(0);
+    let bytes = changed(|mut message| {
+        if message.topic == "/odom" && seen.replace(seen.get() + 1) == 50 {
+            let x = position(&message.data);
+            message.data[x..x + 8].copy_from_slice(&1e7_f64.to_le_bytes());
+        }
+        vec![message]
+    });
+    let run = replay(&Bench::new(), &bytes);
+    says(
+        &run,
+        3,
+        &["1 pose on /odom more than 1000 m from all others left out"],
+    );
+    assert!(!run.stderr.contains("jumps"), "{}", run.stderr);
+}
+
+#[test]
+fn of_two_odometries_the_one_in_the_frame_that_is_asked_for_is_used() {
+    let bytes = changed(|message| {
+        if message.topic != "/odom" {
+            return vec![message];
+        }
+        let mut other = Message {
+            topic: "/odom2".into(),
+            data: message.data.clone(),
+            ..message
+        };
+        other.data[16..20].copy_from_slice(b"odo2");
+        vec![message, other]
+    });
+    let bench = Bench::new();
+    says(
+        &replay(&bench, &bytes),
+        2,
+        &["more than one odometry topic"],
+    );
+    let path = bench.path("log.mcap");
+    let run = bench.tmam(
+        &path,
+        "replay {} --features f --set input.world_frame='odom'",
+    );
+    says(&run, 0, &[]);
+}
+
 #[test]
 fn odometry_of_which_no_message_holds_a_pose_is_told_as_that() {
     let bench = Bench::new();
     let bytes = changed(|mut message| {
         if message.topic == "/odom" {
-            // Header, child frame, position, quaternion.
-            let frame = u32::from_le_bytes(message.data[12..16].try_into().unwrap()) as usize;
-            let child = (16 + frame).next_multiple_of(4);
-            let length = u32::from_le_bytes(message.data[child..child + 4].try_into().unwrap());
-            let x = 4 + (child + 4 + length as usize - 4).next_multiple_of(8);
+            let x = position(&message.data);
             message.data[x + 24..x + 56].fill(0);
         }
         if message.topic == "/tf" {

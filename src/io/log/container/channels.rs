@@ -52,22 +52,16 @@ impl Registry {
 
     fn add(&mut self, schema: u16, channel: Channel, fallback: Option<&Self>) -> Result<(), Why> {
         let id = channel.id;
-        let find = |registry: &Self| registry.schemas.get(&schema).cloned();
-        let schema = match schema {
-            0 => Rc::default(),
-            _ => find(self)
-                .or_else(|| fallback.and_then(find))
-                .ok_or(Why::UnknownSchema(schema))?,
-        };
+        let known = self.schema(schema).or_else(|| fallback?.schema(schema));
+        let schema = known.ok_or(Why::UnknownSchema(schema))?;
         let channel = Channel { schema, ..channel };
         // A channel may be repeated, but not changed: its messages would change their meaning.
         if *self.channels.entry(id).or_insert_with(|| channel.clone()) == channel {
             return Ok(());
         }
-        if self.ambiguous.insert(id) {
-            Err(Why::Conflict(id))
-        } else {
-            Ok(())
+        match self.ambiguous.insert(id) {
+            true => Err(Why::Conflict(id)),
+            false => Ok(()),
         }
     }
 
@@ -83,20 +77,23 @@ impl Registry {
         known.ok_or(Why::UnknownChannel(id))
     }
 
-    /// Whether it has this very definition.
-    pub fn repeats(&self, record: Inner<'_>) -> bool {
-        match record.opcode {
-            op::SCHEMA => record::schema(record.body)
-                .is_ok_and(|(id, schema)| self.schemas.get(&id).is_some_and(|s| **s == schema)),
-            op::CHANNEL => record::channel(record.body).is_ok_and(|(schema, channel)| {
-                let known = self.channels.get(&channel.id);
-                let schema = match schema {
-                    0 => Some(Rc::default()),
-                    _ => self.schemas.get(&schema).cloned(),
-                };
-                schema.is_some_and(|schema| known == Some(&Channel { schema, ..channel }))
-            }),
-            _ => false,
+    /// Whether it has this very definition, or another one of this number; `None` where it has none.
+    pub fn repeats(&self, record: Inner<'_>) -> Option<bool> {
+        if record.opcode == op::SCHEMA {
+            let (id, schema) = record::schema(record.body).ok()?;
+            return Some(**self.schemas.get(&id)? == schema);
+        }
+        let (schema, channel) = record::channel(record.body).ok()?;
+        let known = self.channels.get(&channel.id)?;
+        let schema = self.schema(schema);
+        Some(schema.is_some_and(|schema| *known == Channel { schema, ..channel }))
+    }
+
+    /// 0 is the schema of channels that have none.
+    fn schema(&self, id: u16) -> Option<Rc<Schema>> {
+        match id {
+            0 => Some(Rc::default()),
+            id => self.schemas.get(&id).cloned(),
         }
     }
 }
@@ -151,20 +148,18 @@ impl<'v> Delivery<'v> {
 
     /// Whether any channel has this number.
     pub fn knows(&self, channel: u16) -> bool {
-        let known = [&self.registry, &self.fallback];
-        known
-            .iter()
-            .any(|known| known.channels.contains_key(&channel))
+        let mut known = [&self.registry, &self.fallback].into_iter();
+        known.any(|known| known.channels.contains_key(&channel))
     }
 
     /// Takes the records of a chunk. Where the chunk is `cut` off, nothing vouches for them: then a
     /// record that is followed by nonsense may be damaged itself.
     pub fn records(&mut self, bytes: &[u8], cut: bool) -> Inside {
         let mut inside = Inside::default();
-        let mut records = Records::new(bytes);
+        let mut records = Records(bytes);
         while let Some(record) = records.next() {
             let belongs = |op: &u8| matches!(*op, op::SCHEMA..=op::MESSAGE | op::PRIVATE..);
-            if cut && !records.rest().first().is_none_or(belongs) {
+            if cut && !records.0.first().is_none_or(belongs) {
                 break;
             }
             let outcome = match record.opcode {
@@ -178,7 +173,7 @@ impl<'v> Delivery<'v> {
                 inside.why.get_or_insert(why);
             }
         }
-        if !records.rest().is_empty() {
+        if !records.0.is_empty() {
             inside.overrun = true;
             inside.why.get_or_insert(Why::Overrun);
         }

@@ -47,37 +47,23 @@ impl Unpacker {
         offset: u64,
         header: &ChunkHeader,
     ) -> io::Result<Result<&[u8], Why>> {
-        // Before it is read: these need not be decompressed to be told.
-        if header.compression.is_empty() && header.compressed != header.uncompressed {
-            return Ok(Err(Why::Size {
-                claimed: header.uncompressed,
-                found: header.compressed,
-            }));
-        }
-        if let Err(why) = self.admit(header) {
-            return Ok(Err(why));
-        }
-        if let Some(why) = self.unpack(source, offset, header)? {
-            return Ok(Err(why));
-        }
-        let found = self.buffer.len() as u64;
-        if found != header.uncompressed {
-            return Ok(Err(Why::Size {
-                claimed: header.uncompressed,
-                found,
-            }));
+        let claimed = header.uncompressed;
+        let size = |found| (found != claimed).then_some(Why::Size { claimed, found });
+        // These need not be read to be told.
+        let mut flaw = size(header.compressed).filter(|_| header.compression.is_empty());
+        if flaw.is_none() {
+            flaw = self.unpack(source, offset, header)?;
         }
         let expected = header.checksum;
-        let found = if expected == 0 {
-            0
-        } else {
-            crc32fast::hash(&self.buffer)
-        };
-        Ok(if found == expected {
-            Ok(&self.buffer)
-        } else {
-            Err(Why::Checksum { expected, found })
-        })
+        let flaw = flaw.or_else(|| size(self.buffer.len() as u64)).or_else(|| {
+            let found = if expected == 0 {
+                0
+            } else {
+                crc32fast::hash(&self.buffer)
+            };
+            (found != expected).then_some(Why::Checksum { expected, found })
+        });
+        Ok(flaw.map_or(Ok(&self.buffer), Err))
     }
 
     /// Whether what looks like a chunk is one, by its checksum. After many that are none, nothing is.
@@ -105,11 +91,8 @@ impl Unpacker {
         offset: u64,
         header: &ChunkHeader,
     ) -> io::Result<Result<&[u8], Why>> {
-        if let Err(why) = self.admit(header) {
-            return Ok(Err(why));
-        }
         Ok(match self.unpack(source, offset, header)? {
-            Some(why @ Why::Compression(_)) => Err(why),
+            Some(why) if !matches!(why, Why::Decompression(_)) => Err(why),
             _ => Ok(&self.buffer),
         })
     }
@@ -119,24 +102,22 @@ impl Unpacker {
         &self.buffer
     }
 
-    /// Refuses what would take too much memory or time.
-    fn admit(&mut self, header: &ChunkHeader) -> Result<(), Why> {
-        let largest = header.uncompressed.max(header.compressed);
-        if largest > MAX_CHUNK {
-            return Err(Why::TooLarge(largest));
-        }
-        self.left = self.left.checked_sub(largest).ok_or(Why::Bomb(self.file))?;
-        Ok(())
-    }
-
     /// Unpacks as many bytes as can be had, at most one more than the header claims, and says why
-    /// there are no more.
+    /// there are no more. Refuses what would take too much memory or time.
     fn unpack<R: Read + Seek>(
         &mut self,
         source: &mut Source<R>,
         offset: u64,
         header: &ChunkHeader,
     ) -> io::Result<Option<Why>> {
+        let largest = header.uncompressed.max(header.compressed);
+        if largest > MAX_CHUNK {
+            return Ok(Some(Why::TooLarge(largest)));
+        }
+        let Some(left) = self.left.checked_sub(largest) else {
+            return Ok(Some(Why::Bomb(self.file)));
+        };
+        self.left = left;
         let limit = header.uncompressed.saturating_add(1);
         let buffer = &mut self.buffer;
         buffer.clear();
@@ -154,9 +135,8 @@ impl Unpacker {
                 .and_then(|decoder| decoder.take(limit).read_to_end(buffer)),
             other => return Ok(Some(Why::Compression(other.to_owned()))),
         };
-        Ok(read
-            .err()
-            .map(|error| Why::Decompression(error.to_string())))
+        let why = |error: io::Error| Why::Decompression(error.to_string());
+        Ok(read.err().map(why))
     }
 }
 
@@ -165,7 +145,7 @@ pub type Times = BTreeMap<u16, Vec<u64>>;
 
 pub fn times(records: &[u8]) -> Times {
     let mut times = Times::new();
-    let messages = Records::new(records).filter(|record| record.opcode == op::MESSAGE);
+    let messages = Records(records).filter(|record| record.opcode == op::MESSAGE);
     for (channel, time, _) in messages.filter_map(|record| record::message(record.body).ok()) {
         times.entry(channel).or_default().push(time);
     }

@@ -29,11 +29,11 @@ pub struct Loss {
 }
 
 impl Loss {
-    /// A loss of which no more is known.
-    pub fn new(offset: u64, bytes: u64, what: &'static str, why: Why) -> Self {
+    /// A loss of which no more is known, of the bytes `from..to`.
+    pub fn new(from: u64, to: u64, what: &'static str, why: Why) -> Self {
         Self {
-            offset,
-            bytes,
+            offset: from,
+            bytes: to.saturating_sub(from),
             what,
             span: None,
             messages: None,
@@ -42,6 +42,16 @@ impl Loss {
             why,
             log_start: None,
         }
+    }
+
+    /// With the log times of its first and last message, if they are known.
+    pub fn spanning(self, span: Option<(u64, u64)>) -> Self {
+        Self { span, ..self }
+    }
+
+    /// With the number of its messages, if it is known.
+    pub fn losing(self, messages: Option<u64>) -> Self {
+        Self { messages, ..self }
     }
 
     /// Whether messages may have gone with it whose times nothing tells.
@@ -121,6 +131,8 @@ pub enum Why {
     Decompression(String),
     #[error("schema {0} is defined again, and otherwise: the first definition is kept")]
     SchemaConflict(u16),
+    #[error("the summary, which a checksum vouches for, has it otherwise: that is used")]
+    Contradicted,
     #[error("its message definitions, with those before it, are longer than is held of a file")]
     Definitions,
     #[error("a record in it runs beyond its end, or is none; what stands before it was used")]
@@ -150,8 +162,7 @@ pub enum Why {
     #[error("the summary counts {counted} messages; {read} were read")]
     Count { counted: u64, read: u64 },
     #[error(
-        "one log ends and another begins: two were joined. The messages of both are used, those of \
-         channels that have other numbers in the second excepted"
+        "a log ends here and more follows, as where two were joined: both are used as far as they agree"
     )]
     Joined,
     #[error("it is no part of the log that ends before it, and was not read")]
@@ -273,20 +284,15 @@ impl Losses {
     }
 
     /// Adds a message outside of chunks: one loss for all that follow each other for one reason.
-    pub fn add_message(&mut self, offset: u64, end: u64, log_time: Option<u64>, why: Why) {
+    pub fn add_message(&mut self, at: u64, end: u64, span: Option<(u64, u64)>, why: Why) {
         const WHAT: &str = "messages";
-        let span = log_time.map(|time| (time, time));
         match self.list.last_mut() {
             Some(last) if last.why == why && last.what == WHAT => {
                 last.bytes = end.saturating_sub(last.offset);
                 last.messages = last.messages.map(|count| count + 1);
                 last.span = wider(last.span, span);
             }
-            _ => self.add(Loss {
-                span,
-                messages: Some(1),
-                ..Loss::new(offset, end.saturating_sub(offset), WHAT, why)
-            }),
+            _ => self.add(Loss::new(at, end, WHAT, why).spanning(span).losing(Some(1))),
         }
     }
 
@@ -316,8 +322,7 @@ mod tests {
 
     #[test]
     fn one_is_not_many() {
-        let mut loss = Loss::new(7, 1, "a part", Why::CutOff { used: 1 });
-        loss.messages = Some(1);
+        let loss = Loss::new(7, 8, "a part", Why::CutOff { used: 1 }).losing(Some(1));
         let said = "at byte 7, 1 byte: a part, 1 message lost: the file ends within it. 1 message before the \
                     end was used; no checksum covers it";
         assert_eq!(loss.to_string(), said);

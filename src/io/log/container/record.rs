@@ -192,20 +192,35 @@ impl ChunkHeader {
         let length = body.len().saturating_sub(fields.0.len()) as u64;
         Ok(Self { length, ..header })
     }
+
+    /// What it says of the chunk.
+    pub fn identity(&self) -> Identity {
+        let length = PREFIX + self.length;
+        Identity {
+            span: self.span,
+            uncompressed: self.uncompressed,
+            length: length.saturating_add(self.compressed),
+        }
+    }
 }
 
-/// An entry of the summary's index: a chunk. Ordered by what it says of the chunk itself, and then
-/// by where it says that the chunk stands.
+/// What tells one chunk from another, in its own header and in the summary's index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ChunkIndex {
+pub struct Identity {
     /// Log times of its first and last message.
     pub span: (u64, u64),
     /// Bytes of its records when decompressed.
     pub uncompressed: u64,
-    /// Where its record begins.
-    pub offset: u64,
     /// Bytes of its whole record.
     pub length: u64,
+}
+
+/// An entry of the summary's index: a chunk. Ordered by the chunk itself, and then by its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ChunkIndex {
+    pub chunk: Identity,
+    /// Where its record begins.
+    pub offset: u64,
 }
 
 impl ChunkIndex {
@@ -217,12 +232,13 @@ impl ChunkIndex {
         fields.u64()?; // and how long
         fields.counted()?; // compression
         fields.u64()?; // compressed size
-        Ok(Self {
+        let uncompressed = fields.u64()?;
+        let chunk = Identity {
             span,
-            uncompressed: fields.u64()?,
-            offset,
+            uncompressed,
             length,
-        })
+        };
+        Ok(Self { chunk, offset })
     }
 }
 
@@ -233,42 +249,21 @@ pub struct Inner<'a> {
     pub body: &'a [u8],
 }
 
-/// The records in a piece of memory, until one does not fit.
+/// The records in a piece of memory, until one does not fit: what is not yet passed.
 #[derive(Debug, Clone, Copy)]
-pub struct Records<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Records<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
-        Self { rest: bytes }
-    }
-
-    /// Bytes not yet passed.
-    pub fn rest(&self) -> &'a [u8] {
-        self.rest
-    }
-
-    fn split(&self) -> Result<(Inner<'a>, &'a [u8]), Malformed> {
-        let mut fields = Fields(self.rest);
-        let opcode = fields.u8()?;
-        let length = fields.u64()?;
-        let body = fields.take(usize::try_from(length).map_err(|_| Malformed)?)?;
-        if opcode == 0 {
-            return Err(Malformed); // no opcode; zeros are what a file is filled up with
-        }
-        Ok((Inner { opcode, body }, fields.0))
-    }
-}
+pub struct Records<'a>(pub &'a [u8]);
 
 impl<'a> Iterator for Records<'a> {
     type Item = Inner<'a>;
 
-    /// The next record; `None` at the end and for one that does not fit, which stays in
-    /// [`Records::rest`].
+    /// The next record; `None` at the end and for one that does not fit, which stays.
     fn next(&mut self) -> Option<Inner<'a>> {
-        let (record, rest) = self.split().ok()?;
-        self.rest = rest;
-        Some(record)
+        let mut fields = Fields(self.0);
+        // Zeros are what a file is filled up with.
+        let opcode = fields.u8().ok().filter(|opcode| *opcode != 0)?;
+        let length = usize::try_from(fields.u64().ok()?).ok()?;
+        let body = fields.take(length).ok()?;
+        self.0 = fields.0;
+        Some(Inner { opcode, body })
     }
 }

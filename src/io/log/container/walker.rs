@@ -1,23 +1,19 @@
-//! One record after the other, from the header to the end of the data.
-//!
-//! What follows a damaged one is in `recover`.
+//! One record after the other, from the header to the end of the data; and where to go on behind damage.
 
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Read, Seek};
 use std::path::Path;
 
-use super::border::{self, CHAIN, Prefix};
 use super::channels::{Delivery, Visit};
 use super::chunk::{self, Times, Unpacker};
-use super::index::{Index, Listing};
-use super::loss::{Loss, Losses, Why, wider};
+use super::loss::{BEHIND, Loss, Losses, SUMMARY, Why, wider};
 use super::record::{
-    self, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Inner, MAGIC, MAGIC_LENGTH, MAX_CHUNK,
-    MESSAGE_HEADER, PREFIX, op,
+    self, ChunkHeader, ChunkIndex, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Identity, Inner,
+    MAGIC, MAGIC_LENGTH, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
 };
-use super::source::Source;
-use super::tail::{Tail, data_agrees};
+use super::source::{CHAIN, Prefix, Source};
+use super::summary::{Index, Listing, Tail, data_agrees};
 
 /// What is done with records that only the data section's checksum covers, where that does not
 /// agree: any of them may be damaged.
@@ -54,17 +50,12 @@ pub fn walk(
 ) -> Result<Vec<Loss>, OpenError> {
     // Opening a pipe would wait for a writer.
     let metadata = std::fs::metadata(path)?;
-    let kind = metadata.file_type();
-    if kind.is_dir() {
-        return Err(io::Error::from(io::ErrorKind::IsADirectory).into());
+    match metadata.file_type() {
+        kind if kind.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory).into()),
+        kind if !kind.is_file() => Err(OpenError::NoFile),
+        _ if metadata.len() == 0 => Err(OpenError::Empty),
+        _ => walk_in(File::open(path)?, unchecked, visit),
     }
-    if !kind.is_file() {
-        return Err(OpenError::NoFile);
-    }
-    if metadata.len() == 0 {
-        return Err(OpenError::Empty);
-    }
-    walk_in(File::open(path)?, unchecked, visit)
 }
 
 /// [`walk`] over anything that can be read from any place.
@@ -80,42 +71,26 @@ pub fn walk_in<R: Read + Seek>(
 }
 
 /// Walks over a file.
-pub struct Walker<'v, R> {
-    pub(super) source: Source<R>,
-    pub(super) tail: Tail,
-    pub(super) index: Index,
-    pub(super) unpacker: Unpacker,
-    pub(super) delivery: Delivery<'v>,
-    pub(super) losses: Losses,
+struct Walker<'v, R> {
+    source: Source<R>,
+    tail: Tail,
+    index: Index,
+    unpacker: Unpacker,
+    delivery: Delivery<'v>,
+    losses: Losses,
     /// Whether the file has chunks.
-    pub(super) chunked: bool,
+    chunked: bool,
     /// Where the last record begins that only its own length and fields vouch for.
-    pub(super) previous: u64,
+    previous: u64,
     /// Whether the data section's checksum agrees, once that was asked.
     section: Option<bool>,
     unchecked: Unchecked,
-    /// How many more times a second log is looked for.
-    pub(super) joints: u8,
     /// What no checksum vouches for.
     distrusted: Option<Loss>,
 }
 
 /// Where to go on; `None` at the end.
-pub(super) type Next = io::Result<Option<u64>>;
-
-/// Where a record ends, and what says so.
-#[derive(Clone, Copy)]
-struct Border {
-    end: u64,
-    told_by: ToldBy,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum ToldBy {
-    Both,
-    Length,
-    Fields,
-}
+type Next = io::Result<Option<u64>>;
 
 impl<'v, R: Read + Seek> Walker<'v, R> {
     fn new(input: R, unchecked: Unchecked, visit: &'v mut Visit<'v>) -> Result<Self, OpenError> {
@@ -146,7 +121,6 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             losses,
             section: None,
             unchecked,
-            joints: 64,
             distrusted: None,
         })
     }
@@ -169,97 +143,83 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
     }
 
     /// Where the data section ends at the latest.
-    pub(super) fn limit(&self, at: u64) -> u64 {
+    fn limit(&self, at: u64) -> u64 {
         let limit = self.tail.limit.filter(|limit| *limit >= at);
         limit.unwrap_or(self.source.length())
     }
 
-    pub(super) fn leads_on(&mut self, at: u64, records: usize) -> io::Result<bool> {
-        border::leads_on(&mut self.source, at, records, !self.tail.magic)
+    fn leads_on(&mut self, at: u64, records: usize) -> io::Result<bool> {
+        self.source.leads_on(at, records, !self.tail.magic)
     }
 
     fn step(&mut self, at: u64) -> Next {
         if self.tail.limit == Some(at) && self.tail.data_end != Some(at) {
             return self.close(at);
         }
-        let Some(prefix) = border::prefix(&mut self.source, at)? else {
+        let Some(prefix) = self.source.prefix(at)? else {
             return self.end(at);
         };
         match prefix.opcode {
             op::DATA_END if self.ends_data(at)? => return self.close(at + DATA_END),
             op::FOOTER if self.ends_file(prefix, at)? => return self.close(at),
-            op::DATA_END | op::FOOTER => {
-                if let Some(next) = self.behind_joint(at)? {
-                    return Ok(Some(next));
-                }
-            }
+            op::DATA_END | op::FOOTER => return self.go_on(at, prefix),
             _ => {}
         }
-        let Some(border) = self.border(at, prefix)? else {
+        let Some((end, flaw)) = self.border(at, prefix)? else {
             return self.go_on(at, prefix);
         };
         self.previous = at;
-        let end = border.end;
-        if border.told_by == ToldBy::Length
-            && border::end_of_fields(&mut self.source, at, op::CHUNK)? == Some(end)
-        {
-            return self.lose_chunk(at, end, None, Why::Kind(prefix.opcode));
+        if prefix.opcode == op::CHUNK {
+            return self.chunk(at, end, flaw);
         }
-        if border.told_by == ToldBy::Fields && prefix.opcode != op::CHUNK {
-            let what = kind(prefix.opcode);
-            self.losses.add(Loss::new(at, end - at, what, Why::Length));
-        }
-        match prefix.opcode {
-            op::CHUNK => return self.chunk(at, border),
-            op::SCHEMA | op::CHANNEL => self.definition(at, end, prefix.opcode)?,
-            op::MESSAGE => self.message(at, end)?,
-            op::MESSAGE_INDEX if border.told_by == ToldBy::Both => {
+        let is_malformed = flaw == Some(Why::Malformed);
+        let why = match prefix.opcode {
+            op::SCHEMA | op::CHANNEL if !is_malformed => {
+                self.definition(at, end, prefix.opcode)?.or(flaw)
+            }
+            op::MESSAGE => return self.message(at, end),
+            op::MESSAGE_INDEX if flaw.is_none() => {
                 return Ok(Some(self.message_indexes(at, Some(Times::new()))?.0));
             }
-            op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA
-                if border.told_by != ToldBy::Length => {}
-            op::PRIVATE.. => {}
-            op::HEADER if self.source.peek(at - MAGIC_LENGTH)? == Some(MAGIC) => {}
-            opcode => {
-                let why = match opcode {
-                    op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => Why::Malformed,
-                    _ => Why::Kind(opcode),
-                };
-                self.losses.add(Loss::new(at, end - at, kind(opcode), why));
-            }
+            op::SCHEMA..=op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA | op::PRIVATE.. => flaw,
+            op::HEADER if self.source.peek(at - MAGIC_LENGTH)? == Some(MAGIC) => flaw,
+            opcode => Some(Why::Kind(opcode)),
+        };
+        if let Some(why) = why {
+            self.losses
+                .add(Loss::new(at, end, kind(prefix.opcode), why));
         }
         Ok(Some(end))
     }
 
-    /// Where a record ends: where its length and its fields say, or the one of them that leads on.
-    /// The fields come first, since a length that is too large may lead on behind other records.
-    fn border(&mut self, at: u64, prefix: Prefix) -> io::Result<Option<Border>> {
+    /// Where a record ends, and what is wrong with it where its length and its fields do not say the same:
+    /// then it is the one of them that leads on. The fields come first, since a length that is too large may
+    /// lead on behind other records.
+    fn border(&mut self, at: u64, prefix: Prefix) -> io::Result<Option<(u64, Option<Why>)>> {
         let limit = self.limit(at);
-        let fields = border::end_of_fields(&mut self.source, at, prefix.opcode)?;
-        let fields = fields.filter(|end| *end <= limit);
         let length = Some(prefix.end(at)).filter(|end| prefix.is_possible() && *end <= limit);
-        let told = |end, told_by| Some(Border { end, told_by });
-        match (fields, length) {
-            (Some(fields), Some(length)) if fields == length => Ok(told(length, ToldBy::Both)),
-            (Some(end), _) if self.leads_on(end, CHAIN)? => Ok(told(end, ToldBy::Fields)),
-            (_, Some(end)) if self.leaves_a_trace(end)? => Ok(told(end, ToldBy::Length)),
-            _ => Ok(None),
-        }
+        let fields = self.source.end_of_fields(at, prefix.opcode)?;
+        let is_index = prefix.opcode == op::MESSAGE_INDEX;
+        let is_odd = is_index && prefix.length % INDEX_ENTRY != INDEX_HEADER;
+        Ok(match (fields, length) {
+            (Some(fields), Some(length)) if fields == length && !is_odd => Some((length, None)),
+            (Some(end), _) if end <= limit && self.leads_on(end, CHAIN)? => {
+                Some((end, Some(if is_odd { Why::Malformed } else { Why::Length })))
+            }
+            (Some(_), Some(end)) if self.leads_on(end, CHAIN)? => Some((end, Some(Why::Malformed))),
+            (None, Some(end)) if self.leaves_a_trace(end)? => Some((end, None)),
+            _ => None,
+        })
     }
 
-    /// Whether a record begins there, or one that is damaged: by its length, its fields or its channel.
+    /// Whether a record begins there, or one of which the length or the fields are damaged.
     fn leaves_a_trace(&mut self, at: u64) -> io::Result<bool> {
-        let Some(prefix) = border::prefix(&mut self.source, at)? else {
-            return self.leads_on(at, 1);
-        };
-        let channel = self.source.peek(at + PREFIX)?.map(u16::from_le_bytes);
-        if prefix.opcode == op::MESSAGE && channel.is_some_and(|id| self.delivery.knows(id)) {
-            return Ok(true);
-        }
-        let fields = border::end_of_fields(&mut self.source, at, prefix.opcode)?;
-        for end in [Some(prefix.end(at)), fields].into_iter().flatten() {
-            if end < self.source.length() && self.leads_on(end, 1)? {
-                return Ok(true);
+        if let Some(prefix) = self.source.prefix(at)? {
+            let fields = self.source.end_of_fields(at, prefix.opcode)?;
+            for end in [Some(prefix.end(at)), fields].into_iter().flatten() {
+                if end < self.source.length() && self.leads_on(end, 1)? {
+                    return Ok(true);
+                }
             }
         }
         self.leads_on(at, 1)
@@ -268,7 +228,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
     fn ends_data(&mut self, at: u64) -> io::Result<bool> {
         match self.tail.data_end {
             Some(data_end) => Ok(data_end == at),
-            None => border::ends_data(&mut self.source, at, !self.tail.magic),
+            None => self.source.ends_data(at, !self.tail.magic),
         }
     }
 
@@ -280,16 +240,15 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         Ok(is_footer && (is_last || !self.tail.footer))
     }
 
-    fn chunk(&mut self, at: u64, border: Border) -> Next {
+    fn chunk(&mut self, at: u64, end: u64, flaw: Option<Why>) -> Next {
         self.chunked = true;
-        let Border { end, told_by } = border;
-        let header = border::chunk_header(&mut self.source, at)?;
-        let is_sure = |checksum| match told_by {
-            ToldBy::Both => true,
-            ToldBy::Fields => checksum != 0,
-            ToldBy::Length => false,
-        };
-        let Some(header) = header.filter(|header| is_sure(header.checksum)) else {
+        // Of one with a damaged length its checksum must tell that it is one.
+        let header = self.source.chunk_header(at)?.filter(|header| match flaw {
+            None => true,
+            Some(Why::Length) => header.checksum != 0,
+            Some(_) => false,
+        });
+        let Some(header) = header else {
             return self.lose_chunk(at, end, None, Why::Header);
         };
         if header.checksum == 0 && header.compressed > 0 && !self.section_agrees()? {
@@ -304,81 +263,62 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             Ok(records) => chunk::times(records),
             Err(why) => return self.lose_chunk(at, end, Some(header.span), why),
         };
-        match self
-            .index
-            .meet(at, chunk::span(&times), header.uncompressed)
-        {
-            Listing::Listed => {}
-            Listing::Unlisted => {
-                let loss = Loss::new(at, end - at, "a chunk", Why::NotListed);
-                self.losses.add(loss);
-                return Ok(Some(self.message_indexes(end, None)?.0));
+        let said = header.identity();
+        let span = chunk::span(&times).unwrap_or(said.span);
+        let (is_used, listed, why) = match self.index.meet(at, Identity { span, ..said }) {
+            Listing::Listed => (true, None, flaw),
+            Listing::Unlisted => (false, None, Some(Why::NotListed)),
+            Listing::Other(entry) if entry.chunk == said || !self.index.binds(at) => {
+                (true, Some(entry.chunk.span), Some(Why::OtherTimes))
             }
-            Listing::Other(entry) => {
-                let is_used = entry.span == header.span || !self.index.binds(at);
-                let (next, messages) = self.message_indexes(end, None)?;
-                let why = if is_used {
-                    Why::OtherTimes
-                } else {
-                    Why::OtherChunk
-                };
-                self.losses.add(Loss {
-                    span: Some(entry.span),
-                    messages: messages.filter(|_| !is_used),
-                    ..Loss::new(at, end - at, "a chunk", why)
-                });
-                if !is_used {
-                    return Ok(Some(next));
-                }
+            Listing::Other(entry) => (false, Some(entry.chunk.span), Some(Why::OtherChunk)),
+        };
+        let (next, messages) = self.message_indexes(end, is_used.then_some(times))?;
+        if let Some(why) = why {
+            let messages = messages.filter(|_| listed.is_some());
+            let loss = Loss::new(at, end, "a chunk", why);
+            self.losses.add(loss.spanning(listed).losing(messages));
+        }
+        if is_used {
+            let inside = self.delivery.records(self.unpacker.last(), false);
+            if let Some(why) = inside.why {
+                let lost = (!inside.overrun).then_some(inside.lost);
+                let loss = Loss::new(at, end, "a part of a chunk", why);
+                self.losses
+                    .add(loss.spanning(Some(header.span)).losing(lost));
             }
-        }
-        if told_by == ToldBy::Fields {
-            self.losses
-                .add(Loss::new(at, end - at, "a chunk", Why::Length));
-        }
-        let next = self.message_indexes(end, Some(times))?.0;
-        let inside = self.delivery.records(self.unpacker.last(), false);
-        if let Some(why) = inside.why {
-            self.losses.add(Loss {
-                span: Some(header.span),
-                messages: (!inside.overrun).then_some(inside.lost),
-                ..Loss::new(at, end - at, "a part of a chunk", why)
-            });
         }
         Ok(Some(next))
     }
 
-    /// A schema or channel outside of chunks.
-    fn definition(&mut self, at: u64, end: u64, opcode: u8) -> io::Result<()> {
+    /// Takes a schema or channel outside of chunks, or says why not.
+    fn definition(&mut self, at: u64, end: u64, opcode: u8) -> io::Result<Option<Why>> {
         let length = end - at - PREFIX;
-        let outcome = if length > MAX_CHUNK {
-            Err(Why::TooLarge(length))
-        } else {
-            let body = &self.source.get(at + PREFIX, length)?.to_vec();
-            let record = Inner { opcode, body };
-            let is_sure = self.delivery.fallback.repeats(record) || self.section_agrees()?;
-            if !is_sure && self.distrust(at, end, None, None) {
-                return Ok(());
-            }
-            self.delivery.define(record)
-        };
-        if let Err(why) = outcome {
-            let what = kind(opcode);
-            self.losses.add(Loss::new(at, end - at, what, why));
+        if length > MAX_CHUNK {
+            return Ok(Some(Why::TooLarge(length)));
         }
-        Ok(())
+        let body = &self.source.get(at + PREFIX, length)?.to_vec();
+        let record = Inner { opcode, body };
+        let repeats = self.delivery.fallback.repeats(record);
+        let is_sure = repeats == Some(true) || self.section_agrees()?;
+        if !is_sure && self.distrust(at, end, None, None) {
+            return Ok(None);
+        }
+        if repeats == Some(false) && self.index.binds(at) {
+            return Ok(Some(Why::Contradicted));
+        }
+        Ok(self.delivery.define(record).err())
     }
 
     /// A message outside of chunks.
-    fn message(&mut self, at: u64, end: u64) -> io::Result<()> {
+    fn message(&mut self, at: u64, end: u64) -> Next {
         let head = self
             .source
             .peek::<{ MESSAGE_HEADER as usize }>(at + PREFIX)?;
         let log_time = head.and_then(|head| Some(record::message(&head).ok()?.1));
-        if !self.section_agrees()?
-            && self.distrust(at, end, log_time.map(|time| (time, time)), Some(1))
-        {
-            return Ok(());
+        let span = log_time.map(|time| (time, time));
+        if !self.section_agrees()? && self.distrust(at, end, span, Some(1)) {
+            return Ok(Some(end));
         }
         let length = end - at - PREFIX;
         let outcome = if length > MAX_CHUNK {
@@ -388,14 +328,14 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             self.delivery.message(body)
         };
         if let Err(why) = outcome {
-            self.losses.add_message(at, end, log_time, why);
+            self.losses.add_message(at, end, span, why);
         }
-        Ok(())
+        Ok(Some(end))
     }
 
     /// Passes over the message indexes from `at` on, and reports the messages that they list and that
     /// are not `held` by the chunk before them. Of a chunk that is lost it counts the messages.
-    pub(super) fn message_indexes(
+    fn message_indexes(
         &mut self,
         mut at: u64,
         mut held: Option<Times>,
@@ -404,7 +344,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         let mut channels = BTreeSet::new();
         let mut missing: Option<Loss> = None;
         while self.source.peek(at)? == Some([op::MESSAGE_INDEX])
-            && let Some(end) = border::end_of_whole(&mut self.source, at)?
+            && let Some(end) = self.source.end_of_whole(at)?
             && end <= self.limit(at)
         {
             let (channel, listed) = self.listed(at, end)?;
@@ -418,7 +358,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
                 }
             };
             if let (Some(first), Some(last)) = (absent.first(), absent.last()) {
-                let new = || Loss::new(at, 0, "message indexes", Why::NotHeld);
+                let new = || Loss::new(at, at, "message indexes", Why::NotHeld);
                 let loss = missing.get_or_insert_with(new);
                 loss.bytes = end - loss.offset;
                 loss.span = wider(loss.span, Some((*first, *last)));
@@ -476,14 +416,244 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             Unchecked::LeftOut => (Why::DataSection, true),
             Unchecked::Used => (Why::Unchecked, false),
         };
-        let new = || Loss::new(at, 0, "all that has no checksum of its own", why);
+        let new = || Loss::new(at, at, "all that has no checksum of its own", why);
         let loss = self.distrusted.get_or_insert_with(new);
         loss.bytes = end.saturating_sub(loss.offset);
         loss.span = wider(loss.span, span);
         if let Some(more) = messages.filter(|_| left_out) {
-            loss.messages = Some(loss.messages.unwrap_or_default().saturating_add(more));
+            *loss.messages.get_or_insert(0) += more;
         }
         left_out
+    }
+
+    /// Reports a chunk that cannot be used, and goes on behind it, or within it where another record
+    /// proves that it ends earlier than it says.
+    fn lose_chunk(&mut self, at: u64, end: u64, span: Option<(u64, u64)>, why: Why) -> Next {
+        self.chunked = true;
+        let next = match why {
+            // Nothing speaks against the length of these.
+            Why::Compression(_) | Why::TooLarge(_) | Why::Bomb(_) => end,
+            _ if self.leads_on(end, CHAIN)? => end,
+            _ => self.search(at + 1, end, end)?.unwrap_or(end),
+        };
+        let (behind, messages) = if next == end {
+            self.message_indexes(end, None)?
+        } else {
+            (next, None)
+        };
+        let entry = self.index.lose(at);
+        let span = entry.map(|entry| entry.chunk.span).or(span);
+        let loss = Loss::new(at, next, "a chunk", why);
+        self.losses.add(loss.spanning(span).losing(messages));
+        Ok(Some(behind))
+    }
+
+    /// Reports damage where a record should begin, and goes on at the next one that proves itself.
+    fn go_on(&mut self, at: u64, prefix: Prefix) -> Next {
+        let length = self.source.length();
+        if let Some(entry) = self.index.at(at) {
+            let end = at.saturating_add(entry.chunk.length);
+            if end <= self.limit(at) && self.leads_on(end, CHAIN)? {
+                return self.lose_chunk(at, end, None, Why::NotIndexed(entry.chunk.length));
+            }
+        }
+        if self.runs_beyond_the_file(at, prefix)? {
+            self.cut_off(at, prefix)?;
+            return Ok(Some(length));
+        }
+        // The record before may have lost bytes, and run over this one's beginning.
+        let limit = self.limit(at + 1);
+        let previous = std::mem::replace(&mut self.previous, at);
+        let next = self.search(previous + 1, limit, at)?.unwrap_or(limit);
+        let from = if next < at { previous } else { at };
+        let why = match prefix.opcode {
+            _ if self.source.is_zero(from, next)? => Why::Zeros,
+            op::DATA_END | op::FOOTER => Why::Joined,
+            _ => Why::Prefix,
+        };
+        let entry = self.index.lose(at);
+        let what = match prefix.opcode {
+            _ if entry.is_some() => "a chunk",
+            op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => kind(prefix.opcode),
+            _ if next == length => "everything to the end of the file",
+            _ => "a part",
+        };
+        let loss = Loss::new(from, next, what, why);
+        self.losses
+            .add(loss.spanning(entry.map(|entry| entry.chunk.span)));
+        Ok(Some(next))
+    }
+
+    /// Whether a record announces more bytes than the file has, so that all that follows is its own,
+    /// whatever that looks like. Where the file ends as it should, that may be the end of a log in it.
+    fn runs_beyond_the_file(&mut self, at: u64, prefix: Prefix) -> io::Result<bool> {
+        /// No record is as long.
+        const ABSURD: u64 = 1 << 40;
+        if self.index.binds(at) || !prefix.is_possible() {
+            return Ok(false);
+        }
+        let length = Some(prefix.end(at));
+        let fields = self.source.end_of_fields(at, prefix.opcode)?;
+        let is_beyond = |end: &u64| *end > self.source.length() && *end - at < ABSURD;
+        let [length, fields] = [length, fields].map(|end| end.filter(is_beyond));
+        let holds_anything = matches!(prefix.opcode, op::ATTACHMENT | op::METADATA);
+        Ok(match self.tail.magic {
+            true => holds_anything && length.is_some() && length == fields,
+            false => length.or(fields).is_some(),
+        })
+    }
+
+    /// The first record in `from..to` that proves itself. Of what lies in the bytes up to `within` only what
+    /// runs over their end does.
+    fn search(&mut self, from: u64, to: u64, within: u64) -> io::Result<Option<u64>> {
+        let indexed = self.index.next(from).filter(|place| *place < to);
+        let stop = indexed.unwrap_or(to);
+        let mut at = from;
+        while let Some(candidate) = self.source.next_candidate(at, stop)? {
+            if self.proves_itself(candidate, within)? {
+                return Ok(Some(candidate));
+            }
+            at = candidate + 1;
+        }
+        Ok(indexed)
+    }
+
+    fn proves_itself(&mut self, at: u64, within: u64) -> io::Result<bool> {
+        let prefix = self.source.prefix(at)?;
+        let Some(prefix) = prefix.filter(|prefix| prefix.end(at) > within) else {
+            return Ok(false);
+        };
+        match prefix.opcode {
+            op::CHUNK => self.chunk_proves_itself(at, prefix),
+            op::DATA_END if self.tail.data_end.is_none() => {
+                self.source.ends_data(at, !self.tail.magic)
+            }
+            // A damaged chunk may hold what looks like these.
+            op::SCHEMA | op::CHANNEL if !self.chunked => self.leads_on(at, CHAIN),
+            op::MESSAGE if !self.chunked => {
+                let id = self.source.peek(at + PREFIX)?.map(u16::from_le_bytes);
+                Ok(id.is_some_and(|id| self.delivery.knows(id)) && self.leads_on(at, CHAIN)?)
+            }
+            _ => Ok(false),
+        }
+    }
+
+    /// A chunk proves itself by the index, where there is one that binds, or else by its checksum, or
+    /// without one by what follows.
+    fn chunk_proves_itself(&mut self, at: u64, prefix: Prefix) -> io::Result<bool> {
+        let Some(header) = self.sound_header(at, prefix)? else {
+            return Ok(false);
+        };
+        let end = prefix.end(at);
+        if self.index.binds(at) {
+            return Ok(self.index.lists(at, header.identity()));
+        }
+        if end > self.source.length() {
+            return Ok(!self.tail.magic); // the last one, which was cut off
+        }
+        if header.checksum == 0 {
+            return self.leads_on(end, CHAIN);
+        }
+        let from = at + PREFIX + header.length;
+        self.unpacker.proves(&mut self.source, from, &header)
+    }
+
+    /// The header of what may be a chunk, if it says the same of its length as the record does.
+    fn sound_header(&mut self, at: u64, prefix: Prefix) -> io::Result<Option<ChunkHeader>> {
+        let header = self.source.chunk_header(at)?;
+        Ok(header.filter(|header| {
+            header.length.checked_add(header.compressed) == Some(prefix.length)
+                && header.uncompressed.max(header.compressed) <= MAX_CHUNK
+                && matches!(header.compression.as_str(), "" | "zstd" | "lz4")
+        }))
+    }
+
+    /// Reports a record that the file ends within, and uses what there is of a chunk.
+    fn cut_off(&mut self, at: u64, prefix: Prefix) -> io::Result<()> {
+        let length = self.source.length();
+        let what = match prefix.opcode {
+            op::CHUNK => "the last chunk",
+            op::MESSAGE => "the last message",
+            opcode => kind(opcode),
+        };
+        let loss = |why| Loss::new(at, length, what, why);
+        let header = match prefix.opcode {
+            op::CHUNK => self.sound_header(at, prefix)?,
+            _ => None,
+        };
+        let Some(header) = header else {
+            self.losses.add(loss(Why::Cut));
+            return Ok(());
+        };
+        self.chunked = true;
+        let before = self.delivery.messages;
+        let from = at + PREFIX + header.length;
+        let present = ChunkHeader {
+            compressed: length.saturating_sub(from),
+            ..header
+        };
+        let why = match self.unpacker.beginning(&mut self.source, from, &present)? {
+            Err(why) => why,
+            Ok(records) => {
+                self.delivery.records(records, true);
+                match self.delivery.messages - before {
+                    0 => Why::Cut,
+                    used => Why::CutOff { used },
+                }
+            }
+        };
+        self.losses.add(loss(why).spanning(Some(present.span)));
+        Ok(())
+    }
+
+    /// The file's end, before the data section's.
+    fn end(&mut self, at: u64) -> Next {
+        let length = self.source.length();
+        if at < length {
+            let why = match self.source.is_zero(at, length)? {
+                true => Why::Zeros,
+                false => Why::Cut,
+            };
+            self.losses.add(Loss::new(at, length, "a record", why));
+        } else if !self.losses.reach(length) {
+            let loss = Loss::new(length, length, "the end", Why::NoFooter);
+            self.losses.add(loss);
+        }
+        Ok(None)
+    }
+
+    /// What follows the data section: the summary, and what should not be there.
+    fn close(&mut self, summary: u64) -> Next {
+        let length = self.source.length();
+        if self.tail.footer {
+            if self.tail.damaged {
+                let loss = Loss::new(summary, length, SUMMARY, Why::Summary);
+                self.losses.add(loss);
+            }
+            return Ok(None);
+        }
+        let mut at = summary;
+        while let Some(prefix) = self.source.prefix(at)?
+            && prefix.is_possible()
+            && prefix.end(at) <= length
+        {
+            at = prefix.end(at);
+            if prefix.opcode == op::FOOTER && self.source.peek(at)? == Some(MAGIC) {
+                let end = at + MAGIC_LENGTH;
+                let why = match self.source.is_zero(end, length)? {
+                    true => Why::Zeros,
+                    false => Why::Trailing,
+                };
+                self.losses.add(Loss::new(end, length, BEHIND, why));
+                return Ok(None);
+            }
+        }
+        let why = match self.tail.magic {
+            true => Why::Summary,
+            false => Why::NoFooter,
+        };
+        self.losses.add(Loss::new(summary, length, SUMMARY, why));
+        Ok(None)
     }
 
     /// Reports what the walk has not shown: chunks of the index that are not there, a wrong number of
@@ -493,13 +663,11 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             self.losses.add(loss);
         }
         let length = self.source.length();
-        for entry in self.index.rest() {
-            let offset = entry.offset.min(length);
-            let bytes = entry.length.min(length - offset);
-            self.losses.add(Loss {
-                span: Some(entry.span),
-                ..Loss::new(offset, bytes, "a chunk", Why::NotIndexed(entry.length))
-            });
+        for ChunkIndex { chunk, offset } in self.index.rest() {
+            let from = offset.min(length);
+            let to = from.saturating_add(chunk.length).min(length);
+            let loss = Loss::new(from, to, "a chunk", Why::NotIndexed(chunk.length));
+            self.losses.add(loss.spanning(Some(chunk.span)));
         }
         let summary = self.tail.summary.as_ref();
         let counted = summary.and_then(|summary| summary.messages);
@@ -513,16 +681,14 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
                     Some(_) => "the file as a whole",
                     None => "the number of messages is wrong",
                 };
-                self.losses.add(Loss {
-                    messages: missing,
-                    ..Loss::new(0, 0, what, Why::Count { counted, read })
-                });
+                let loss = Loss::new(0, 0, what, Why::Count { counted, read });
+                self.losses.add(loss.losing(missing));
             }
         }
         if !self.losses.any() && !self.section_agrees()? {
             let (begin, end) = (self.index.begin(), self.limit(0));
             let what = "the data section";
-            let loss = Loss::new(begin, end - begin, what, Why::BetweenChunks);
+            let loss = Loss::new(begin, end, what, Why::BetweenChunks);
             self.losses.add(loss);
         }
         Ok(())
@@ -530,7 +696,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
 }
 
 /// What a record is called.
-pub(super) fn kind(opcode: u8) -> &'static str {
+fn kind(opcode: u8) -> &'static str {
     match opcode {
         op::SCHEMA | op::CHANNEL => "a definition",
         op::MESSAGE_INDEX => "a message index",

@@ -22,6 +22,7 @@ fn of_several_odometries_the_busiest_is_shown() {
         report("/b", odometry, 5),
         report("/c", odometry, 9),
         report("/d", odometry, 9),
+        report("/a", Some(Role::Pose), 99),
         report("/range", Some(Role::Range), 99),
         report("/x", None, 99),
     ];
@@ -70,4 +71,47 @@ fn an_empty_log_has_neither_ranges_nor_odometry() {
     ));
     assert!(survey.log.events.sonars.is_empty() && survey.log.events.odometry.is_empty());
     assert!(survey.config.sonar.is_empty());
+}
+
+fn clock(messages: &[(i64, Option<i64>)]) -> ChannelClock {
+    let mut running = Running::default();
+    for (logged, stamp) in messages {
+        running.take(*logged, *stamp);
+    }
+    running.finish()
+}
+
+#[test]
+fn what_is_odd_about_stamps_is_counted() {
+    let clock = clock(&[
+        (100, Some(90)),
+        (200, Some(90)),
+        (150, Some(80)),
+        (300, Some(0)),
+        (400, Some(500)),
+        (600, None),
+    ]);
+    assert_eq!((clock.messages, clock.stamped, clock.unstamped), (6, 4, 1));
+    assert_eq!((clock.backward, clock.repeated), (1, 1));
+    assert_eq!(clock.out_of_order, 1);
+    assert_eq!((clock.first_logged_ns, clock.last_logged_ns), (100, 600));
+    assert_eq!(clock.median_delay_ns, Some(70));
+    assert_eq!(clock.extreme_delay_ns, Some(110));
+    assert!((clock.rate().unwrap() - 1e7).abs() < 1e-3);
+}
+
+#[test]
+fn a_single_message_has_no_rate() {
+    assert_eq!(clock(&[(5, None)]).rate(), None);
+    assert_eq!(clock(&[(5, None)]).median_delay_ns, None);
+}
+
+#[test]
+fn two_publishers_of_a_topic_count_together() {
+    let one = clock(&[(0, Some(1)), (10, Some(5))]);
+    let two = clock(&[(5, Some(-100))]);
+    let both = one.together(two);
+    assert_eq!((both.messages, both.last_logged_ns), (3, 10));
+    assert_eq!(both.median_delay_ns, Some(5));
+    assert_eq!(both.extreme_delay_ns, Some(105));
 }

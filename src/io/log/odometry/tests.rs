@@ -202,26 +202,6 @@ fn a_single_transform_that_closes_a_circle_changes_nothing() {
 }
 
 #[test]
-fn a_robots_frame_that_is_renamed_is_told() {
-    let renamed = [
-        (("odom", "base_link"), 0..40, 0.0),
-        (("odom", "base_footprint"), 40..90, 0.0),
-    ];
-    let chosen = of(&renamed, &Config::default());
-    assert_eq!(chosen.samples.len(), 40);
-    let loss = &chosen.losses[0];
-    let said = "`base_footprint` in `odom` by 50 transforms from 4.0 s to 8.9 s";
-    assert!(loss.contains(said), "{loss}");
-    // Another robot in the same world.
-    let other = [
-        (("world", "base_link"), 0..50, 0.0),
-        (("world", "base_2"), 0..90, 5.0),
-    ];
-    let chosen = of(&other, &Config::default());
-    assert_eq!((chosen.samples.len(), chosen.losses.len()), (50, 0));
-}
-
-#[test]
 fn the_way_back_leads_to_any_world_that_is_asked_for() {
     let weird = [(("base_link", "start"), 0..50, 0.0)];
     let mut config = Config::default();
