@@ -155,7 +155,11 @@ pub fn run(case: Case, seeds: RangeInclusive<u64>, rules: &Rules) -> Vec<Vec<Eva
             let replay = Replay::new(&log, config).unwrap();
             let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
             let outcome = replay.run(&mut []).unwrap();
-            scores.push(Evaluation::new(&truth, &path::used(&replay), &outcome));
+            scores.push(Evaluation::new(
+                &truth,
+                &path::used(&replay, &outcome),
+                &outcome,
+            ));
         }
     }
     scores
