@@ -1,6 +1,5 @@
 //! What watches a replay and writes or shows what it sees.
 
-pub mod carried;
 pub mod drawing;
 pub mod features;
 pub mod path_file;

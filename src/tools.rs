@@ -1,4 +1,3 @@
-pub mod carried;
 pub mod check;
 pub mod diff;
 mod document;

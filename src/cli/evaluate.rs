@@ -14,11 +14,10 @@ use crate::io::output::show;
 use crate::io::outputs::{Requested, Written};
 use crate::observe::recording::Recording;
 use crate::observe::report;
-use crate::tools::carried::carried;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth, text, write};
-use crate::tools::golden::LogInfo;
+use crate::tools::golden::{LogInfo, carried};
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
 ///

@@ -19,8 +19,7 @@ use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
 use crate::observe::trace;
 use crate::observe::viewer::{self, DEFAULT_URL};
-use crate::tools::carried::carried;
-use crate::tools::golden::LogInfo;
+use crate::tools::golden::{LogInfo, carried};
 
 /// Replay a log: record what was seen and decided, extract features
 ///

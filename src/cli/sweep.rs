@@ -12,9 +12,7 @@ use crate::io::outputs::refuse_collisions;
 use crate::observe::progress::CellProgress;
 use crate::observe::recording::write_grid;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::sweep::{
-    AxisError, Grid, Plan, Request, SweepError, TruthSource, drawing, files, text,
-};
+use crate::tools::sweep::{AxisError, Grid, Plan, Request, SweepError, TruthSource, files, text};
 
 /// Replay a log under every combination of parameters, and rank them
 ///
@@ -133,7 +131,7 @@ impl Args {
         }
         if let Some(path) = output {
             let mut out = Output::create(path)?;
-            let grid = drawing::grid(&sweep).map_err(|source| out.failed(source))?;
+            let grid = files::drawn(&sweep).map_err(|source| out.failed(source))?;
             write_grid(&mut out, &grid)?;
             out.commit()?;
         }
@@ -143,7 +141,7 @@ impl Args {
             show(&text::text(&sweep, self.rows), false);
         }
         show(&text::problems(&sweep), true);
-        Ok(Exit::of_whole(sweep.complete && sweep.has_arcs()))
+        Ok(Exit::of_whole(sweep.log.is_complete() && sweep.has_arcs()))
     }
 
     fn grid(&self) -> Result<Grid, SweepError> {

@@ -57,6 +57,11 @@ pub enum Return {
     Invalid,
 }
 
+/// The name of a sonar of a log; nothing for one that the log does not have.
+pub fn name_of(sonars: &[Sonar], id: SonarId) -> &str {
+    sonars.get(id.index()).map_or("", |sonar| &sonar.name)
+}
+
 impl RangeReading {
     /// Echo, no echo or neither: an echo is finite and `min_range <= range < max_range`.
     pub fn classify(&self) -> Return {

@@ -9,7 +9,7 @@ pub use outcome::Outcome;
 use std::borrow::Cow;
 
 use crate::core::config::{Config, Poses, Rule, SIGMA_UNKNOWN, Triple};
-use crate::core::event::{Events, OdometrySample, RangeReading};
+use crate::core::event::{Events, OdometrySample, RangeReading, name_of};
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::joint::path::CorrectedPath;
@@ -77,9 +77,7 @@ impl<'a> Replay<'a> {
             return Err(ReplayError::GammaBeyondBeam {
                 gamma: config.triple.gamma,
                 beam_width: reading.beam_width,
-                sonar: sonars
-                    .get(reading.sonar.index())
-                    .map_or_else(String::new, |sonar| sonar.name.clone()),
+                sonar: name_of(sonars, reading.sonar).to_owned(),
             });
         }
         let source = Source {

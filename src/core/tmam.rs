@@ -12,7 +12,6 @@ pub mod hypothesis;
 pub mod label;
 pub mod map;
 pub mod pair;
-pub mod pending;
 pub mod prediction;
 pub mod report;
 pub mod residual;
@@ -31,7 +30,7 @@ use feature::{Action, Rejection};
 use fit::Fit;
 use hypothesis::{Gate, HypothesisTest};
 use map::Map;
-use rule::Rule;
+use rule::Policies;
 use run::Run;
 use step::{Extraction, Step};
 use stream::Stream;
@@ -45,7 +44,7 @@ use crate::core::frames::Frame;
 pub struct Tmam {
     config: Config,
     gate: Gate,
-    rule: Box<dyn Rule>,
+    rule: Policies,
     streams: BTreeMap<SonarId, Stream>,
     map: Map,
     extracted: u32,
@@ -58,7 +57,7 @@ impl Tmam {
         Self {
             config: config.clone(),
             gate,
-            rule: rule::of(config, &gate),
+            rule: Policies::of(config, &gate),
             streams: BTreeMap::new(),
             map: Map::new(config),
             extracted: 0,
@@ -101,7 +100,7 @@ impl Tmam {
 
     /// The method: what the next entry of a sonar brings about, `None` for no echo.
     fn take(&mut self, sonar: SonarId, next: Option<Arc>, step: &mut Step) {
-        let (rule, stream) = (&*self.rule, self.streams.entry(sonar).or_default());
+        let (rule, stream) = (&self.rule, self.streams.entry(sonar).or_default());
         stream.triple(next, &self.config, &self.gate);
         stream.window(next, &self.config, &self.gate);
         while let Some((report, decision)) = stream.label(rule) {
@@ -114,6 +113,7 @@ impl Tmam {
                 }
             }
             step.labelled.push(report);
+            step.triples.push(decision.three);
         }
     }
 }

@@ -24,12 +24,12 @@ pub struct Overlay {
     /// The page that says what the recording is gets this, too (Markdown).
     pub about: String,
     /// The truth, and what is wrong.
-    pub truth: Option<Truth>,
+    pub truth: Option<DrawnTruth>,
 }
 
 /// The truth about a run, and what is wrong with the run.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Truth {
+pub struct DrawnTruth {
     /// The scores (Markdown).
     pub page: String,
     /// What the run was held against, in JSON: against another world it is another recording.
@@ -67,7 +67,7 @@ impl Overlay {
 
 /// A sweep, of which a heat map is drawn for every pair of keys, or curves over a single one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Grid {
+pub struct DrawnGrid {
     /// The log.
     pub file: String,
     /// Everything in it as text: another text is another recording.
@@ -77,18 +77,18 @@ pub struct Grid {
     /// What the cells are ranked by, in words.
     pub ranked_by: &'static str,
     /// The keys with several values.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<DrawnAxis>,
     /// The numbers that are drawn.
-    pub columns: Vec<Column>,
+    pub columns: Vec<DrawnColumn>,
     /// The best first, those that could not be replayed last.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<DrawnCell>,
     /// How many of the first cells are the best ones; 0 where all are alike.
     pub best: usize,
 }
 
 /// A key that is swept.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
+pub struct DrawnAxis {
     /// The last part of the key, which stands on tabs.
     pub short: String,
     /// The key with its unit, which stands along pictures.
@@ -102,7 +102,7 @@ pub struct Axis {
 
 /// A number that is drawn of every cell.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Column {
+pub struct DrawnColumn {
     pub heading: String,
     pub low_is_better: bool,
     /// Decimals that are written.
@@ -113,14 +113,14 @@ pub struct Column {
 
 /// One configuration of a sweep.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
+pub struct DrawnCell {
     /// The place of its value on every axis.
     pub places: Vec<usize>,
     /// By column; `None` where it could not be replayed.
     pub numbers: Option<Vec<Option<f64>>>,
 }
 
-impl Column {
+impl DrawnColumn {
     /// A number as it is written.
     pub fn text(&self, number: Option<f64>) -> String {
         let (decimals, scale) = (self.decimals, self.scale);

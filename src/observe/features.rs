@@ -6,11 +6,11 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use crate::core::config::Config;
+use crate::core::event::name_of;
 use crate::core::observer::{Setting, Source};
 use crate::core::replay::Outcome;
 use crate::core::rounding::{covariance, rounded};
-use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, Kind, MapFeature, Shape};
+use crate::core::tmam::feature::{Kind, MapFeature, Rejection, Shape};
 use crate::core::tmam::step::Extraction;
 use crate::core::tool::Tool;
 
@@ -18,7 +18,7 @@ use crate::core::tool::Tool;
 pub const SCHEMA: &str = "tmam.features/1";
 
 #[derive(Debug, Serialize)]
-struct File<'a> {
+struct FeaturesDocument<'a> {
     schema: &'static str,
     tool: Tool,
     source: &'a Source,
@@ -26,12 +26,13 @@ struct File<'a> {
     counts: Counts<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses>,
-    features: Vec<Feature<'a>>,
-    map: Map,
+    features: Vec<FeatureRow<'a>>,
+    map: MapRows,
 }
 
+/// What became of the readings of a replay.
 #[derive(Debug, Serialize)]
-struct Counts<'a> {
+pub struct Counts<'a> {
     frames: u32,
     readings: u64,
     echoes: u64,
@@ -40,10 +41,33 @@ struct Counts<'a> {
     intersection: u64,
     unidentified: u64,
     reasons: &'a BTreeMap<&'static str, u64>,
-    suspects: u64,
-    associated_readings: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    suspects: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    associated_readings: Option<u64>,
     surplus: u64,
     dropped: &'a BTreeMap<&'static str, u64>,
+}
+
+impl<'a> Counts<'a> {
+    /// But for those of suspects and associated readings.
+    pub fn new(outcome: &'a Outcome) -> Self {
+        let tally = &outcome.tally;
+        Self {
+            frames: outcome.frames,
+            readings: tally.readings,
+            echoes: tally.echoes,
+            no_echoes: tally.no_echoes,
+            contact: outcome.labelled("contact"),
+            intersection: outcome.labelled("intersection"),
+            unidentified: outcome.labelled("unidentified"),
+            reasons: &outcome.reasons,
+            suspects: None,
+            associated_readings: None,
+            surplus: tally.surplus,
+            dropped: &tally.dropped,
+        }
+    }
 }
 
 /// Where the poses come from: odometry, or odometry and ranges together.
@@ -124,7 +148,7 @@ impl Poses {
 }
 
 #[derive(Debug, Serialize)]
-struct Feature<'a> {
+struct FeatureRow<'a> {
     id: u32,
     kind: &'static str,
     sensor: &'a str,
@@ -147,13 +171,13 @@ struct Feature<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Map {
-    lines: Vec<Registered>,
-    points: Vec<Registered>,
+struct MapRows {
+    lines: Vec<MapRow>,
+    points: Vec<MapRow>,
 }
 
 #[derive(Debug, Serialize)]
-struct Registered {
+struct MapRow {
     id: u32,
     #[serde(flatten)]
     shape: ShapeFields,
@@ -216,31 +240,22 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
     let map_of = |kind: Kind| {
         let features = outcome.map.iter();
         let features = features.filter(|feature| feature.shape.kind() == kind);
-        features.map(Registered::from).collect()
+        features.map(MapRow::from).collect()
     };
     let extractions = outcome.extractions.iter();
-    let file = File {
+    let file = FeaturesDocument {
         schema: SCHEMA,
         tool: Tool::THIS,
         source: setting.source,
         config: setting.config,
         counts: Counts {
-            frames: outcome.frames,
-            readings: outcome.tally.readings,
-            echoes: outcome.tally.echoes,
-            no_echoes: outcome.tally.no_echoes,
-            contact: outcome.labelled("contact"),
-            intersection: outcome.labelled("intersection"),
-            unidentified: outcome.labelled("unidentified"),
-            reasons: &outcome.reasons,
-            suspects: outcome.suspects,
-            associated_readings: outcome.associated_readings,
-            surplus: outcome.tally.surplus,
-            dropped: &outcome.tally.dropped,
+            suspects: Some(outcome.suspects),
+            associated_readings: Some(outcome.associated_readings),
+            ..Counts::new(outcome)
         },
         poses: Poses::of(outcome),
         features: extractions.map(|one| feature(one, setting)).collect(),
-        map: Map {
+        map: MapRows {
             lines: map_of(Kind::Line),
             points: map_of(Kind::Point),
         },
@@ -249,7 +264,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
     out.write_all(b"\n")
 }
 
-impl From<&MapFeature> for Registered {
+impl From<&MapFeature> for MapRow {
     fn from(feature: &MapFeature) -> Self {
         Self {
             id: feature.id,
@@ -261,21 +276,13 @@ impl From<&MapFeature> for Registered {
     }
 }
 
-fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> Feature<'a> {
+fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> FeatureRow<'a> {
     let frames: Vec<u32> = extraction.associated.iter().map(|arc| arc.frame).collect();
-    let (action, map_id, reason) = match extraction.action {
-        Action::Registered(id) => ("registered", Some(id), None),
-        Action::Merged(id) => ("merged", Some(id), None),
-        Action::Rejected(reason) => ("rejected", None, Some(reason.name())),
-    };
-    Feature {
+    let (first, action) = (extraction.associated.first(), extraction.action);
+    FeatureRow {
         id: extraction.id,
         kind: extraction.kind.name(),
-        sensor: extraction
-            .associated
-            .first()
-            .and_then(|ArcId { sonar, .. }| setting.sonars.get(sonar.index()))
-            .map_or("", |sonar| sonar.name.as_str()),
+        sensor: first.map_or("", |arc| name_of(setting.sonars, arc.sonar)),
         first_frame: frames.first().copied().unwrap_or_default(),
         last_frame: frames.last().copied().unwrap_or_default(),
         readings: frames,
@@ -287,8 +294,8 @@ fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> Feature<'a> {
         opinion: extraction.opinion.support.name(),
         chi2_line: rounded(extraction.opinion.chi2_line),
         chi2_point: rounded(extraction.opinion.chi2_point),
-        map_id,
-        action,
-        reason,
+        map_id: action.map_id(),
+        action: action.name(),
+        reason: action.rejection().map(Rejection::name),
     }
 }

@@ -10,13 +10,13 @@ use crate::core::tmam::step::Step;
 
 /// A line on standard error that is written over and over, and gone at the end.
 #[derive(Debug)]
-struct Line {
+struct ProgressLine {
     whole: u64,
     is_shown: bool,
     written: Option<Instant>,
 }
 
-impl Line {
+impl ProgressLine {
     fn new(whole: u64) -> Self {
         Self {
             whole,
@@ -43,7 +43,7 @@ impl Line {
     }
 }
 
-impl Drop for Line {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         if self.written.is_some() {
             let _ = write!(io::stderr(), "\r\x1b[2K");
@@ -54,7 +54,7 @@ impl Drop for Line {
 /// How far a replay has come in the log's own time.
 #[derive(Debug)]
 pub struct Progress {
-    line: Line,
+    line: ProgressLine,
     start_ns: i64,
 }
 
@@ -63,7 +63,7 @@ impl Progress {
         let source = setting.source;
         let span = source.end_ns.saturating_sub(source.start_ns);
         Self {
-            line: Line::new(u64::try_from(span).unwrap_or_default()),
+            line: ProgressLine::new(u64::try_from(span).unwrap_or_default()),
             start_ns: source.start_ns,
         }
     }
@@ -84,11 +84,11 @@ impl Observer for Progress {
 
 /// How many cells of a sweep are done, from any thread.
 #[derive(Debug)]
-pub struct CellProgress(Mutex<(Line, u64)>);
+pub struct CellProgress(Mutex<(ProgressLine, u64)>);
 
 impl CellProgress {
     pub fn new(cells: usize) -> Self {
-        Self(Mutex::new((Line::new(cells as u64), 0)))
+        Self(Mutex::new((ProgressLine::new(cells as u64), 0)))
     }
 
     /// One more is done.

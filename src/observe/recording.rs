@@ -16,12 +16,10 @@ mod evidence;
 mod grid;
 mod hold;
 mod live;
-mod log;
 mod map;
 mod overlay;
 mod plane;
 mod plots;
-mod reports;
 mod robot;
 mod style;
 #[cfg(test)]
@@ -33,7 +31,9 @@ use std::io::Write;
 use rerun::components::TextLogLevel;
 use rerun::{RecordingInfo, Scalars, Scale3D, Transform3D};
 
-use self::blueprint::Layout;
+use self::about::opening;
+use self::arcs::Reports;
+use self::blueprint::ViewLayout;
 use self::canvas::{Canvas, Moment};
 pub use self::carried::read_carried;
 use self::closed::Closed;
@@ -41,13 +41,11 @@ use self::corrections::Corrections;
 use self::encode::{RrdWriter, store_ids};
 use self::entity::Entity;
 pub use self::grid::write_grid;
-use self::hold::{Held, Hold};
+use self::hold::{HeldFrame, Hold};
 pub use self::live::Live;
-use self::log::opening;
-use self::map::Map;
-use self::plane::{Extent, Origin};
+use self::map::DrawnMap;
+use self::plane::{Extent, PlaneOrigin};
 use self::plots::Limits;
-use self::reports::Reports;
 use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
@@ -55,12 +53,23 @@ use crate::core::observer::{Observer, ObserverError, Setting};
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
-use crate::observe::carried::Carried;
 use crate::observe::drawing::Overlay;
-use crate::observe::viewer::Error;
+use crate::observe::viewer::{Carried, Error};
 
 /// What the angle plots are laid out for until the beams are known, radians.
 const USUAL_BEAM_WIDTH: f64 = 0.5;
+
+/// What looks the same in every recording.
+const LOOKS: [Entity; 8] = [
+    Entity::Arcs,
+    Entity::Beams,
+    Entity::ContactPoints,
+    Entity::IntersectionPoints,
+    Entity::Suspects,
+    Entity::ClosedArcs,
+    Entity::ClosedLines,
+    Entity::ClosedPoints,
+];
 
 /// A Rerun recording being written.
 pub struct Recording<'a> {
@@ -76,7 +85,7 @@ pub struct Recording<'a> {
     labels: BTreeMap<&'static str, u64>,
     hold: Hold,
     closed: Closed,
-    map: Map,
+    map: DrawnMap,
     robot: Robot,
     corrections: Corrections,
     reports: Reports,
@@ -100,7 +109,7 @@ impl<'a> Recording<'a> {
         let world = overlay.truth.as_ref().map_or("", |truth| &truth.world);
         let ids = store_ids(&setting, world);
         let file = RrdWriter::new(out, viewer, ids, source.start_ns)?;
-        let origin = Origin::of(setting.start);
+        let origin = PlaneOrigin::of(setting.start);
         let config = setting.config;
         let mut recording = Self {
             canvas: Canvas::new(file, source.start_ns, origin, setting.sonars),
@@ -116,7 +125,7 @@ impl<'a> Recording<'a> {
             labels: BTreeMap::new(),
             hold: Hold::default(),
             closed: Closed::default(),
-            map: Map::default(),
+            map: DrawnMap::default(),
             robot: Robot::new(overlay.only.is_some()),
             corrections: Corrections::default(),
             reports: Reports::default(),
@@ -141,26 +150,13 @@ impl<'a> Recording<'a> {
         let flip = Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0]));
         canvas.put("/world", &flip)?;
         canvas.put("/world", &style::annotations())?;
-        for entity in [
-            Entity::Arcs,
-            Entity::Beams,
-            Entity::ContactPoints,
-            Entity::IntersectionPoints,
-        ] {
+        for entity in LOOKS {
             canvas.put_look(entity)?;
         }
         plots::put_styles(self.limits, canvas)?;
-        for entity in [
-            Entity::Suspects,
-            Entity::ClosedArcs,
-            Entity::ClosedLines,
-            Entity::ClosedPoints,
-        ] {
-            canvas.put_look(entity)?;
-        }
         robot::put_styles(self.overlay.only.is_some(), canvas)?;
         overlay::put(&self.overlay, canvas)?;
-        let layout = Layout {
+        let layout = ViewLayout {
             bounds: None,
             frames: 0,
             lanes: setting.sonars.len(),
@@ -193,14 +189,14 @@ impl<'a> Recording<'a> {
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
             self.corrections.draw(at, frame, &mut self.canvas)?;
-            self.hold.push(Held::new(at, frame, step));
+            self.hold.push(HeldFrame::new(at, frame, step));
             self.reports.frame(at);
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
             self.corrections.leave(at, &mut self.canvas)?;
             let sonars = self.seen.iter().copied();
-            self.hold.push(Held::blank(at, sonars));
+            self.hold.push(HeldFrame::blank(at, sonars));
             self.reports.leave(at);
         }
         self.take(at, step)?;
@@ -217,16 +213,15 @@ impl<'a> Recording<'a> {
         for (level, text) in std::mem::take(&mut self.opening) {
             canvas.note(at, level, text)?;
         }
-        for report in &step.labelled {
-            self.hold.decide(report);
+        for (report, triple) in step.labelled.iter().zip(&step.triples) {
+            self.hold.decide(report, *triple);
             *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
-            arcs::draw(&ready, canvas)?;
-            plots::draw(&ready, canvas)?;
+            draw(&ready, canvas)?;
         }
         self.closed.note(step, canvas.origin);
-        log::tell(at, &step.extractions, canvas)?;
+        closed::tell(at, &step.extractions, canvas)?;
         self.map.draw(at, step, canvas)
     }
 
@@ -237,8 +232,7 @@ impl<'a> Recording<'a> {
         self.take(last, step)?;
         let canvas = &mut self.canvas;
         while let Some(ready) = self.hold.drain() {
-            arcs::draw(&ready, canvas)?;
-            plots::draw(&ready, canvas)?;
+            draw(&ready, canvas)?;
         }
         if self.span.is_some() {
             self.closed.draw(last, canvas)?;
@@ -277,8 +271,8 @@ impl<'a> Recording<'a> {
             .map_or(0, |[first, last]| last.frame - first.frame + 1)
     }
 
-    fn layout(&self) -> Layout {
-        Layout {
+    fn layout(&self) -> ViewLayout {
+        ViewLayout {
             bounds: Some(self.extent.bounds().seen_from(self.canvas.origin)),
             frames: self.frames(),
             lanes: self.seen.len(),
@@ -303,6 +297,12 @@ impl<'a> Recording<'a> {
         }
         self.canvas.close()
     }
+}
+
+/// Draws a decided frame.
+fn draw(ready: &HeldFrame, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    arcs::draw(ready, canvas)?;
+    plots::draw(ready, canvas)
 }
 
 impl Observer for Recording<'_> {

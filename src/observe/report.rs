@@ -1,7 +1,7 @@
 //! The closing summary of a replay, for a person.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use crate::core::config::Rule;
@@ -12,7 +12,8 @@ use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
-use crate::core::tmam::feature::{Action, Kind, MapFeature, Status};
+use crate::core::statistics::seconds;
+use crate::core::tmam::feature::{Kind, MapFeature, Status};
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
 use crate::io::config::keys;
@@ -28,9 +29,7 @@ pub fn closing(
     named: &str,
     written: &[PathBuf],
 ) -> String {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = write(&mut text, setting, outcome);
+    let mut text = counts(setting, outcome);
     text.push_str(&self::written(written));
     text.extend(fitting_neither(setting, outcome, named));
     text
@@ -87,95 +86,88 @@ pub fn problems(log: &Log, setting: &Setting<'_>, outcome: &Outcome) -> String {
     legible(&text).into_owned()
 }
 
-fn write(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {
-    let source = setting.source;
-    let seconds = source.end_ns.saturating_sub(source.start_ns) as f64 * 1e-9;
-    writeln!(
-        text,
-        "{}: {seconds:.1} s, {:.1} m, {}{}",
+/// What was counted: a name, how many, and what is said of them.
+type CountRow = (&'static str, u64, String);
+
+fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
+    let (source, tally) = (setting.source, &outcome.tally);
+    let mut text = format!(
+        "{}: {:.1} s, {:.1} m, {}{}\n",
         source.file,
+        seconds(source.start_ns, source.end_ns),
         outcome.distance,
         plural(setting.sonars.len() as u64, "sonar"),
         if source.complete { "" } else { ", INCOMPLETE" },
-    )?;
-
-    let tally = &outcome.tally;
-    let mut row = |name: &str, count: u64, what: &str| row(text, name, count, what);
-    row("frames", outcome.frames.into(), "")?;
+    );
     let surplus = match tally.surplus {
         0 => String::new(),
         n => format!(", {n} more than their frames had room for"),
     };
-    row(
-        "readings",
-        tally.readings,
-        &format!(
-            "{}, {} without{surplus}",
-            plural(tally.echoes, "echo"),
-            tally.no_echoes
-        ),
-    )?;
-    let dropped: u64 = tally.dropped.values().sum();
-    if dropped > 0 {
-        row("dropped", dropped, &counted(&tally.dropped))?;
-    }
+    let (echoes, none) = (plural(tally.echoes, "echo"), tally.no_echoes);
     let [contact, intersection, unidentified] =
         ["contact", "intersection", "unidentified"].map(|label| outcome.labelled(label));
-    row(
-        "arcs",
-        contact + intersection + unidentified,
-        &format!("{contact} contact, {intersection} intersection, {unidentified} unidentified"),
-    )?;
-    if unidentified > 0 {
-        row(
-            "",
-            unidentified,
-            &format!("unidentified: {}", counted(&outcome.reasons)),
-        )?;
-    }
-    if outcome.suspects > 0 {
-        row(
-            "suspects",
-            outcome.suspects,
-            "labels that are contradicted: tmam explain --suspects says by what",
-        )?;
-    }
+    let arcs = contact + intersection + unidentified;
+    let labels =
+        format!("{contact} contact, {intersection} intersection, {unidentified} unidentified");
+    let reasons = format!("unidentified: {}", counted(&outcome.reasons));
+    let suspects = "labels that are contradicted: tmam explain --suspects says by what";
+    let dropped = tally.dropped.values().sum();
+    let told = |row: &CountRow| row.1 > 0;
+    let mut rows: Vec<CountRow> = vec![
+        ("frames", outcome.frames.into(), String::new()),
+        (
+            "readings",
+            tally.readings,
+            format!("{echoes}, {none} without{surplus}"),
+        ),
+    ];
+    rows.extend(Some(("dropped", dropped, counted(&tally.dropped))).filter(told));
+    rows.push(("arcs", arcs, labels));
+    rows.extend(Some(("", unidentified, reasons)).filter(told));
+    rows.extend(Some(("suspects", outcome.suspects, suspects.to_owned())).filter(told));
+    rows.into_iter().for_each(|row| tell(&mut text, row));
     let from = match outcome.variance_from {
         VarianceFrom::Ranges => Some("measured from the ranges"),
         VarianceFrom::Nothing => Some("assumed: too little to measure it"),
         VarianceFrom::Messages | VarianceFrom::Configuration => None,
     };
     if let (Some(from), Some(sigma)) = (from, setting.config.noise.sigma_abs) {
+        let (name, sigma) = ("noise", sigma * 1e3);
         let what = format!("{from}; noise.sigma_abs overrules it");
-        writeln!(text, "{:<10} {:>4.1} mm  {what}", "noise", sigma * 1e3)?;
+        let _ = writeln!(text, "{name:<10} {sigma:>4.1} mm  {what}");
     }
     match &outcome.poses {
-        Some(Ok(joint)) => write_joint(text, joint)?,
-        Some(Err(kept)) => writeln!(text, "{:<10} odometry's: {kept}", "poses")?,
+        Some(Ok(joint)) => tell_joint(&mut text, joint),
+        Some(Err(kept)) => {
+            let _ = writeln!(text, "{:<10} odometry's: {kept}", "poses");
+        }
         None => {}
     }
-    write_features(text, setting, outcome)
+    for row in [features(outcome), map(setting, outcome)] {
+        tell(&mut text, row);
+    }
+    text
 }
 
 /// What became of the poses of odometry.
-fn write_joint(text: &mut String, joint: &JointEstimate) -> fmt::Result {
+fn tell_joint(text: &mut String, joint: &JointEstimate) {
     let end = joint.path.covariances.last().copied().unwrap_or_default();
     let sigma = (end.m11 + end.m22).max(0.0).sqrt();
-    writeln!(
+    // Writing into a string cannot fail.
+    let _ = writeln!(
         text,
-        "{:<10} corrected, the last one by {:.2} m (sigma {:.3} m): {:.1} % of the arcs are explained, {:.1} % were",
+        "{:<10} corrected, the last one by {:.2} m (sigma {sigma:.3} m): {:.1} % of the arcs are explained, {:.1} % were",
         "poses",
         joint.path.end_correction(),
-        sigma,
         100.0 * joint.explained[1],
         100.0 * joint.explained[0],
-    )?;
+    );
     let Drift {
         distance,
         heading,
         turn,
     } = joint.drift;
-    writeln!(
+    let _ = writeln!(
         text,
         "{:<10} odometry is off by {:.1} cm and {:.2} deg after a metre, {:.2} deg after a radian; \
          {:+.1} % too short, {:+.1} % of turns",
@@ -185,52 +177,47 @@ fn write_joint(text: &mut String, joint: &JointEstimate) -> fmt::Result {
         turn.to_degrees(),
         100.0 * joint.scales[0],
         100.0 * joint.scales[1],
-    )?;
-    match joint.closures.len() as u64 {
-        0 => Ok(()),
-        n => writeln!(
-            text,
-            "{:<10} {} seen again as one",
-            "",
-            plural(n, "feature")
-        ),
+    );
+    let closures = joint.closures.len() as u64;
+    if closures > 0 {
+        let features = plural(closures, "feature");
+        let _ = writeln!(text, "{:<10} {features} seen again as one", "");
     }
 }
 
-fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -> fmt::Result {
+fn tell(text: &mut String, (name, count, what): CountRow) {
+    let line = format!("{name:<10} {count:>7}  {what}");
+    // Writing into a string cannot fail.
+    let _ = writeln!(text, "{}", line.trim_end());
+}
+
+/// `3 lines, 1 point`.
+fn kinds(kinds: impl Iterator<Item = Kind> + Clone) -> String {
+    let of_kind = |kind| kinds.clone().filter(|one| *one == kind).count() as u64;
+    let (lines, points) = (of_kind(Kind::Line), of_kind(Kind::Point));
+    format!("{}, {}", plural(lines, "line"), plural(points, "point"))
+}
+
+fn features(outcome: &Outcome) -> CountRow {
     let extractions = &outcome.extractions;
-    let of_kind = |kind| extractions.iter().filter(|e| e.kind == kind).count() as u64;
     let mut actions = BTreeMap::<&str, u64>::new();
     for extraction in extractions {
-        let action = match extraction.action {
-            Action::Registered(_) => "registered",
-            Action::Merged(_) => "merged",
-            Action::Rejected(reason) => reason.name(),
-        };
-        *actions.entry(action).or_default() += 1;
+        *actions.entry(extraction.action.fate()).or_default() += 1;
     }
-    let mut row = |name: &str, count: usize, what: &str| row(text, name, count as u64, what);
-    row(
-        "features",
-        extractions.len(),
-        &format!(
-            "{}, {} from {}{}",
-            plural(of_kind(Kind::Line), "line"),
-            plural(of_kind(Kind::Point), "point"),
-            plural(outcome.associated_readings, "reading"),
-            if actions.is_empty() {
-                String::new()
-            } else {
-                format!(": {}", counted(&actions))
-            },
-        ),
-    )?;
-    let (confirmed, tentative): (Vec<&MapFeature>, Vec<&MapFeature>) = outcome
-        .map
-        .iter()
-        .partition(|f| f.status == Status::Confirmed);
-    let lines = confirmed.iter().filter(|f| f.shape.kind() == Kind::Line);
-    let lines = lines.count();
+    let actions = match extractions.len() {
+        0 => String::new(),
+        _ => format!(": {}", counted(&actions)),
+    };
+    let kinds = kinds(extractions.iter().map(|extraction| extraction.kind));
+    let readings = plural(outcome.associated_readings, "reading");
+    let what = format!("{kinds} from {readings}{actions}");
+    ("features", extractions.len() as u64, what)
+}
+
+fn map(setting: &Setting<'_>, outcome: &Outcome) -> CountRow {
+    let features = outcome.map.iter();
+    let (confirmed, tentative): (Vec<&MapFeature>, Vec<&MapFeature>) =
+        features.partition(|f| f.status == Status::Confirmed);
     let more = match tentative.len() {
         0 => String::new(),
         1 => "; 1 more is tentative: too little speaks for it".to_owned(),
@@ -245,31 +232,20 @@ fn write_features(text: &mut String, setting: &Setting<'_>, outcome: &Outcome) -
         1 => "; 1 of them looks like another one (the paper's gates leave duplicates)".to_owned(),
         n => format!("; {n} of them look like another one (the paper's gates leave duplicates)"),
     };
-    row(
+    let kinds = kinds(confirmed.iter().map(|feature| feature.shape.kind()));
+    (
         "map",
-        confirmed.len(),
-        &format!(
-            "{}, {}{more}{duplicates}",
-            plural(lines as u64, "line"),
-            plural((confirmed.len() - lines) as u64, "point"),
-        ),
+        confirmed.len() as u64,
+        format!("{kinds}{more}{duplicates}"),
     )
-}
-
-fn row(text: &mut String, name: &str, count: u64, what: &str) -> fmt::Result {
-    let line = format!("{name:<10} {count:>7}  {what}");
-    writeln!(text, "{}", line.trim_end())
 }
 
 /// `3 gap, 2 missing`, the largest first.
 fn counted(counts: &BTreeMap<&'static str, u64>) -> String {
     let mut counts: Vec<_> = counts.iter().collect();
     counts.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
-    let counts: Vec<String> = counts
-        .iter()
-        .map(|(what, n)| format!("{n} {what}"))
-        .collect();
-    counts.join(", ")
+    let counts = counts.iter().map(|(what, n)| format!("{n} {what}"));
+    counts.collect::<Vec<_>>().join(", ")
 }
 
 /// Of the triples that say something, more than this share fits neither model where something is

@@ -4,16 +4,16 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::core::event::Sonar;
+use crate::core::event::{Sonar, name_of};
 use crate::core::geometry::Pose2;
 use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::triple::{Angles, OnMiddle};
+use crate::core::tmam::triple::{Angles, Sides};
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
-struct Row<'a> {
+struct TraceRow<'a> {
     frame: u32,
     sensor: &'a str,
     stamp_ns: i64,
@@ -59,17 +59,15 @@ pub fn write(mut out: impl Write, sonars: &[Sonar], outcome: &Outcome) -> io::Re
     Ok(())
 }
 
-fn row<'a>(report: &ArcReport, sonars: &'a [Sonar], odometry: Option<&Pose2>) -> Row<'a> {
+fn row<'a>(report: &ArcReport, sonars: &'a [Sonar], odometry: Option<&Pose2>) -> TraceRow<'a> {
     let arc = &report.arc;
     let (triple, window) = (report.triple.as_ref(), report.window());
-    let points = |of: fn(&Angles) -> &OnMiddle| {
-        triple.map(|triple| of(&triple.angles).map(|pair| pair.iter().flatten().count()))
+    let points = |of: fn(&Angles) -> Sides| {
+        triple.map(|triple| of(&triple.angles).map(|pair| pair.into_iter().map(usize::from).sum()))
     };
-    Row {
+    TraceRow {
         frame: arc.id.frame,
-        sensor: sonars
-            .get(arc.id.sonar.index())
-            .map_or("", |sonar| sonar.name.as_str()),
+        sensor: name_of(sonars, arc.id.sonar),
         stamp_ns: arc.stamp_ns,
         x: rounded(arc.world_from_sensor.x),
         y: rounded(arc.world_from_sensor.y),
@@ -82,8 +80,8 @@ fn row<'a>(report: &ArcReport, sonars: &'a [Sonar], odometry: Option<&Pose2>) ->
         theta_i: triple.map(|t| rounded(t.angles.theta_i)),
         theta_c_sigma: triple.and_then(|t| t.spread.theta_c.map(rounded)),
         theta_i_sigma: triple.and_then(|t| t.spread.theta_i.map(rounded)),
-        contact_points: points(|angles| &angles.contact_points),
-        intersection_points: points(|angles| &angles.intersection_points),
+        contact_points: points(|angles| angles.contact),
+        intersection_points: points(|angles| angles.intersection),
         margin: report.margin.map(rounded),
         opinion: triple.map(|t| t.test.support.name()),
         chi2_line: triple.map(|t| rounded(t.test.chi2_line)),

@@ -1,5 +1,7 @@
-//! The Rerun viewer: what this tmam needs of it, and why a recording is not written or not shown.
+//! The Rerun viewer: what this tmam needs of it, why a recording is not written or not shown, and what
+//! recordings carry for programs.
 
+use std::error::Error as AnyError;
 use std::io;
 
 /// The viewer that reads the recordings.
@@ -17,7 +19,7 @@ pub enum Error {
     #[error("cannot write the recording: {0}")]
     Write(#[from] io::Error),
     #[error("cannot form the recording: {0}")]
-    Form(Box<dyn std::error::Error + Send + Sync>),
+    Form(Box<dyn AnyError + Send + Sync>),
     #[error(
         "this tmam was built without the feature `viewer` and writes, shows and reads no recordings; \
          `cargo install tmam-replay` builds one that does"
@@ -43,4 +45,52 @@ pub enum Error {
     Ended { status: String },
     #[error("the viewer at {url} went away before it had everything: {problem}")]
     Gone { url: String, problem: String },
+}
+
+/// The results of a run that its recording carries: the files that hold them, as text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Carried {
+    /// The features file, as it would be written beside the recording.
+    pub features: String,
+    /// The label of every arc; `None` where a recording has none.
+    pub labels: Option<String>,
+}
+
+/// Why there are no results in a recording.
+#[derive(Debug, thiserror::Error)]
+pub enum CarriedError {
+    #[error("it cannot be read: {0}")]
+    Read(#[from] io::Error),
+    #[error("it is a pipe or a device, and a recording is read from a file: save it as one")]
+    NoFile,
+    #[error("it is cut off: {bytes} bytes, and the recording goes on")]
+    CutOff { bytes: u64 },
+    /// A message that begins at byte `at`.
+    #[error("it cannot be decoded at byte {at}: {source}")]
+    Codec {
+        at: u64,
+        source: Box<dyn AnyError + Send + Sync>,
+    },
+    #[error("the results that it carries are damaged: {reason}")]
+    Damaged { reason: String },
+    #[error("{bytes} bytes that are no recording follow its end, at byte {at}")]
+    GoesOn { at: u64, bytes: u64 },
+    #[error("it holds more than one recording; give each in a file of its own")]
+    Several,
+    #[error("tmam did not write it, but {writer}")]
+    Foreign { writer: String },
+    /// One of ours that shows no run, or from before recordings carried results.
+    #[error(
+        "it carries no results: it shows a sweep{}",
+        if *writer == this() { String::new() }
+        else { format!(", or an older tmam wrote it ({writer}; this is {})", this()) }
+    )]
+    Nothing { writer: String },
+    #[error("this tmam was built without the feature `viewer` and reads no recordings")]
+    NotBuiltIn,
+}
+
+/// What recordings say that wrote them.
+pub fn this() -> String {
+    format!("tmam {}", env!("CARGO_PKG_VERSION"))
 }

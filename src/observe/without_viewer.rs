@@ -5,9 +5,8 @@ use std::convert::Infallible;
 use std::io::Write;
 use std::path::Path;
 
-use super::carried::{Carried, CarriedError};
-use super::drawing::{Grid, Overlay};
-use super::viewer::Error;
+use super::drawing::{DrawnGrid, Overlay};
+use super::viewer::{Carried, CarriedError, Error};
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
 use crate::core::tmam::step::Step;
@@ -49,7 +48,7 @@ impl Observer for Recording {
     }
 }
 
-pub fn write_grid(_out: impl Write, _grid: &Grid) -> Result<(), Error> {
+pub fn write_grid(_out: impl Write, _grid: &DrawnGrid) -> Result<(), Error> {
     Err(Error::NotBuiltIn)
 }
 

@@ -3,22 +3,28 @@
 //! A log is replayed: beside results that record a configuration with that one, else with the
 //! defaults, and what is given on the command line stands over either.
 
-mod side;
-
 use std::fmt::Write as _;
-use std::path::Path;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
+use serde::Deserialize as _;
 use serde_json::{Value as Json, json};
-
-pub use side::{DiffError, Side};
 
 use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
+use crate::core::replay::{Replay, ReplayError};
 use crate::core::tool::Tool;
-use crate::io::config::file::layered;
-use crate::tools::golden::{Comparison, Tolerance, compare, differences_in_json, sections};
-use side::Source;
+use crate::io::config::file::{ConfigError, check, layered};
+use crate::io::log::{LogError, read};
+use crate::io::schema::{Relation, in_words, of_file, relation};
+use crate::observe::features;
+use crate::observe::recording::read_carried;
+use crate::observe::viewer::CarriedError;
+use crate::tools::golden::{
+    Comparison, FeaturesFile, Golden, GoldenError, LabelsFile, LogInfo, Results, SCHEMA as GOLDEN,
+    Tolerance, ToleranceError, compare, differences_in_json, results, sections, unrecorded,
+};
 
 /// The name and version of the JSON format.
 const SCHEMA: &str = "tmam.diff/1";
@@ -59,29 +65,25 @@ impl Diff {
         {
             notes.push("the two come from logs with different events".to_owned());
         }
-        let unlabelled = [&a, &b]
-            .into_iter()
-            .filter(|side| side.results.labels.is_none());
-        match unlabelled.collect::<Vec<_>>().as_slice() {
-            [] => {}
-            [one] => {
-                let one = one.path.display();
+        match [&a, &b].map(|side| side.results.labels.is_none()) {
+            [false, false] => {}
+            [true, true] => {
+                notes.push("labels are not compared: neither side holds any".to_owned())
+            }
+            [in_a, _] => {
+                let one = if in_a { &a } else { &b }.path.display();
                 notes.push(format!("labels are not compared: {one} holds none"));
             }
-            _ => notes.push("labels are not compared: neither side holds any".to_owned()),
         }
-        if a.results.noise.is_unknown() != b.results.noise.is_unknown() {
-            let unknown = if a.results.noise.is_unknown() { &a } else { &b };
+        let [in_a, in_b] = [&a, &b].map(|side| side.results.noise.is_unknown());
+        if in_a != in_b {
+            let unknown = if in_a { &a } else { &b }.path.display();
             notes.push(format!(
-                "the noise of the ranges is not compared: {} does not record whether they tell it",
-                unknown.path.display()
+                "the noise of the ranges is not compared: {unknown} does not record whether they tell it"
             ));
         }
         let tolerance = a.tolerances.or(b.tolerances).unwrap_or_default();
-        let tolerance = terms
-            .tolerances
-            .iter()
-            .try_fold(tolerance, Tolerance::with)?;
+        let tolerance = (terms.tolerances.iter()).try_fold(tolerance, Tolerance::with)?;
         let found = compare(&a.results, &b.results, &tolerance);
         Ok(Self { a, b, notes, found })
     }
@@ -103,11 +105,8 @@ impl Diff {
                 Some(labels) => format!("{} arcs", labels.len()),
                 None => "no labels".to_owned(),
             };
-            let incomplete = if side.losses.is_empty() {
-                ""
-            } else {
-                ", INCOMPLETE"
-            };
+            let is_whole = side.losses.is_empty();
+            let incomplete = if is_whole { "" } else { ", INCOMPLETE" };
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
@@ -155,8 +154,8 @@ fn sides(
     terms: &Terms,
     notes: &mut Vec<String>,
 ) -> Result<(Side, Side), DiffError> {
-    let (b, a) = (Source::open(b)?, Source::open(a)?);
-    if let (true, Source::Results(b)) = (terms.b_differs, &b) {
+    let (b, a) = (Argument::open(b)?, Argument::open(a)?);
+    if let (true, Argument::Results(b)) = (terms.b_differs, &b) {
         let b = b.path.clone();
         return Err(DiffError::NothingToReplayForB { b });
     }
@@ -164,19 +163,21 @@ fn sides(
         Side::replayed(log, layered(Config::default(), layers)?)
     };
     Ok(match (a, b) {
-        (Source::Results(a), Source::Results(b)) if terms.both.is_empty() => (*a, *b),
-        (Source::Results(a), Source::Results(b)) => {
+        (Argument::Results(a), Argument::Results(b)) if terms.both.is_empty() => (*a, *b),
+        (Argument::Results(a), Argument::Results(b)) => {
             let (a, b) = (a.path, b.path);
             return Err(DiffError::NothingToReplay { a, b });
         }
-        (Source::Log(log), Source::Results(b)) => {
+        (Argument::Log(log), Argument::Results(b)) => {
             (replayed_like(&b, &log, &terms.both, notes)?, *b)
         }
-        (Source::Results(a), Source::Log(log)) => {
+        (Argument::Results(a), Argument::Log(log)) => {
             let b = replayed_like(&a, &log, &terms.b, notes)?;
             (*a, b)
         }
-        (Source::Log(a), Source::Log(b)) => (replayed(&a, &terms.both)?, replayed(&b, &terms.b)?),
+        (Argument::Log(a), Argument::Log(b)) => {
+            (replayed(&a, &terms.both)?, replayed(&b, &terms.b)?)
+        }
     })
 }
 
@@ -204,4 +205,250 @@ fn replayed_like(
         ));
     }
     Side::replayed(log, layered(recorded.unwrap_or_default(), layers)?)
+}
+
+/// One side of a comparison.
+#[derive(Debug)]
+struct Side {
+    /// Its file.
+    path: PathBuf,
+    /// The kind of the file: `log`, `features`, `golden` or `recording`.
+    kind: &'static str,
+    results: Results,
+    /// The tolerances in it, where it is a golden file.
+    pub tolerances: Option<Tolerance>,
+    /// Its log, where that is known.
+    log: Option<LogInfo>,
+    /// The configuration that it came from. Only a log beside it needs one that makes sense.
+    config: Option<Json>,
+    /// Parameters that the file does not record.
+    unrecorded: Vec<String>,
+    /// What could not be read of its log; empty for a whole one.
+    losses: Vec<String>,
+}
+
+/// One of the two arguments, looked at but not replayed.
+#[derive(Debug)]
+enum Argument {
+    /// A log, to be replayed.
+    Log(PathBuf),
+    Results(Box<Side>),
+}
+
+/// Why there is nothing to compare.
+#[derive(Debug, thiserror::Error)]
+pub enum DiffError {
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
+        "{} is neither an MCAP log nor a recording, a features.json or a golden file: {reason}", path.display()
+    )]
+    NoResults { path: PathBuf, reason: String },
+    #[error(
+        "{} has the schema `{found}`, and this is tmam {}, which reads `{}`. {}", path.display(),
+        env!("CARGO_PKG_VERSION"), features::SCHEMA,
+        if *.relation == Relation::Newer { "Install the tmam that wrote it, or replay its log with this one" }
+        else { "Replay its log with this tmam" }
+    )]
+    Version {
+        path: PathBuf,
+        found: String,
+        relation: Relation,
+    },
+    #[error(
+        "{} is no features.json as tmam writes it: {reason}. Write it again with `tmam replay LOG --features FILE`",
+        path.display()
+    )]
+    Malformed { path: PathBuf, reason: String },
+    #[error(
+        "the results of {} cannot be compared: {source}. Record its log again with `tmam replay LOG -o FILE.rrd`, or \
+         compare the log itself or its features.json", path.display()
+    )]
+    Recording { path: PathBuf, source: CarriedError },
+    #[error(
+        "neither {} nor {} is a log, so there is nothing to replay with the parameters that are given. Leave them \
+         out, or give a log in place of one of the two", a.display(), b.display()
+    )]
+    NothingToReplay { a: PathBuf, b: PathBuf },
+    #[error(
+        "--config-b and --set-b are for replaying B, and {} is no log. Leave them out, or give the log as B: \
+         tmam diff A LOG", b.display()
+    )]
+    NothingToReplayForB { b: PathBuf },
+    #[error(
+        "{} records no configuration that this tmam could replay the log with: {reason}. Compare with a \
+         features.json of the log, written by `tmam replay`", path.display()
+    )]
+    RecordedConfig { path: PathBuf, reason: String },
+    #[error(transparent)]
+    Log(#[from] LogError),
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    #[error(transparent)]
+    Tolerance(#[from] ToleranceError),
+}
+
+impl DiffError {
+    fn malformed(path: &Path) -> impl Fn(String) -> Self {
+        let path = path.to_owned();
+        move |reason| Self::Malformed {
+            path: path.clone(),
+            reason,
+        }
+    }
+}
+
+impl Argument {
+    /// Opens an argument.
+    ///
+    /// # Errors
+    /// When no results are to be had from it.
+    fn open(path: &Path) -> Result<Self, DiffError> {
+        let unreadable = |source| {
+            let path = path.to_owned();
+            DiffError::Read { path, source }
+        };
+        let mut head = Vec::new();
+        let mut file = std::fs::File::open(path).map_err(unreadable)?.take(64);
+        file.read_to_end(&mut head).map_err(unreadable)?;
+        let side = if head.starts_with(b"RRF") {
+            Side::recorded(path)?
+        } else if head.trim_ascii_start().starts_with(b"{") {
+            Side::of_file(path, &std::fs::read(path).map_err(unreadable)?)?
+        } else {
+            return Ok(Self::Log(path.to_owned()));
+        };
+        Ok(Self::Results(Box::new(side)))
+    }
+}
+
+impl Side {
+    fn new(path: &Path, kind: &'static str, results: Results) -> Self {
+        Self {
+            path: path.to_owned(),
+            kind,
+            results,
+            tolerances: None,
+            log: None,
+            config: None,
+            unrecorded: Vec::new(),
+            losses: Vec::new(),
+        }
+    }
+
+    /// Replays a log.
+    ///
+    /// # Errors
+    /// As a replay fails.
+    fn replayed(path: &Path, config: Config) -> Result<Self, DiffError> {
+        let log = read(path, &config)?;
+        let replay = Replay::new(&log, &config)?;
+        let results = results(&replay.setting(), &replay.run(&mut [])?);
+        Ok(Self {
+            log: Some(LogInfo::of(&log)),
+            losses: log.losses.clone(),
+            ..Self::new(path, "log", results)
+        })
+    }
+
+    /// The results that a recording carries.
+    fn recorded(path: &Path) -> Result<Self, DiffError> {
+        let carried = read_carried(path).map_err(|source| DiffError::Recording {
+            path: path.to_owned(),
+            source,
+        })?;
+        let mut side = Self::of_file(path, carried.features.as_bytes())?;
+        side.kind = "recording";
+        if let Some(text) = carried.labels {
+            let file = LabelsFile::parse(&text).map_err(DiffError::malformed(path))?;
+            side.log = Some(file.log);
+            side.results.noise = file.noise;
+            side.results.labels = Some(file.labels);
+        }
+        Ok(side)
+    }
+
+    /// The results in a file, by its schema.
+    fn of_file(path: &Path, bytes: &[u8]) -> Result<Self, DiffError> {
+        let no_results = |reason: String| {
+            let path = path.to_owned();
+            DiffError::NoResults { path, reason }
+        };
+        let found = of_file(bytes).map_err(no_results)?;
+        let found = found.ok_or_else(|| no_results("it does not say its schema".to_owned()))?;
+        // A golden file of another version is refused by its own reader.
+        if relation(&found, GOLDEN) != Relation::Other {
+            let (golden, unrecorded) = Golden::read(path)?;
+            let config = golden.config.map(serde_json::to_value).transpose();
+            return Ok(Self {
+                tolerances: Some(golden.tolerances),
+                log: golden.log,
+                config: config.unwrap_or_default(),
+                unrecorded,
+                ..Self::new(path, "golden", golden.results)
+            });
+        }
+        match relation(&found, features::SCHEMA) {
+            Relation::Same => {}
+            Relation::Other => return Err(no_results(format!("its schema is `{found}`"))),
+            relation => {
+                return Err(DiffError::Version {
+                    path: path.to_owned(),
+                    found,
+                    relation,
+                });
+            }
+        }
+        let malformed = DiffError::malformed(path);
+        let file: FeaturesFile =
+            serde_json::from_slice(bytes).map_err(|error| malformed(in_words(&error)))?;
+        let (losses, config) = (file.losses(), file.config.clone());
+        let absent = config.as_ref().and_then(|json| {
+            let config = Config::deserialize(json).ok()?;
+            Some(unrecorded(json, &config))
+        });
+        Ok(Self {
+            losses,
+            unrecorded: absent.unwrap_or_default(),
+            config,
+            ..Self::new(path, "features", file.into_results().map_err(malformed)?)
+        })
+    }
+
+    /// The configuration that it came from; `None` where it records none.
+    ///
+    /// # Errors
+    /// One that cannot be replayed with.
+    fn configuration(&self) -> Result<Option<Config>, DiffError> {
+        let unfit = |reason: String| DiffError::RecordedConfig {
+            path: self.path.clone(),
+            reason,
+        };
+        let Some(json) = &self.config else {
+            return Ok(None);
+        };
+        let config = Config::deserialize(json).map_err(|error| unfit(error.to_string()))?;
+        check(&config).map_err(|error| unfit(error.to_string()))?;
+        Ok(Some(config))
+    }
+
+    fn json(&self) -> Json {
+        json!({
+            "file": self.path.display().to_string(),
+            "kind": self.kind,
+            "log": self.log.as_ref().map(|log| &log.file),
+            "events_sha256": self.log.as_ref().map(|log| &log.events_sha256),
+            "map": self.results.map.len(),
+            "extracted": self.results.extracted.len(),
+            "labels": self.results.labels.as_ref().map(|labels| labels.len()),
+            "lost": self.losses,
+        })
+    }
 }

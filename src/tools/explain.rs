@@ -19,16 +19,17 @@ use std::io;
 
 use serde::Serialize;
 
-use self::changes::{Change, Windows, by_angles, by_neighbours};
+use self::changes::{LabelChange, Windows, by_angles, by_neighbours};
 use self::history::{Doubt, RunStory, TruthStory};
 use self::pose::PoseStory;
-use self::question::{Found, command};
+use self::question::{Answer, command};
 pub use self::question::{Question, QuestionError, Which};
 use self::readings::{Reading, Situation};
 use self::sequences::Sequences;
 use self::triple::{AnglesStory, Pair};
 use self::windows::Window;
 use crate::core::config::Config;
+use crate::core::event::name_of;
 use crate::core::observer::{Setting, Source};
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::rounding::{number, optional};
@@ -84,7 +85,7 @@ pub struct Explanation {
     /// The angles, where it is the middle of a triple; those it would have, where only a bound keeps
     /// it from that.
     pub angles: Option<AnglesStory>,
-    pub changes: Vec<Change>,
+    pub changes: Vec<LabelChange>,
     /// The windows that were looked at.
     pub windows: Vec<Window>,
     /// The lead in chi2 that decides.
@@ -129,7 +130,7 @@ pub fn explain(
 
 impl Explanation {
     fn new(
-        found: &[Found],
+        found: &[Answer],
         replay: &Replay<'_>,
         outcome: &Outcome,
         sequences: &Sequences<'_>,
@@ -138,11 +139,8 @@ impl Explanation {
         let (best, others) = found.split_first()?;
         let (arc, config) = (best.arc, replay.config());
         let sonars = replay.setting().sonars;
-        let name = |arc: &Arc| {
-            let sonar = sonars.get(arc.id.sonar.index());
-            sonar.map_or_else(String::new, |sonar| sonar.name.clone())
-        };
-        let near = |found: &Found| {
+        let name = |arc: &Arc| name_of(sonars, arc.id.sonar).to_owned();
+        let near = |found: &Answer| {
             Some(Near {
                 sensor: name(&found.arc),
                 frame: found.arc.id.frame,

@@ -22,21 +22,19 @@ mod features_file;
 mod file;
 mod hold;
 mod labels_file;
-mod layout;
-mod report;
 mod results;
 mod tolerance;
 
 pub use collect::{LogInfo, digest, labels, results};
 pub use compare::compare;
 pub use difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, SECTIONS, State, StrayedArc, Unit,
+    Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange,
+    SECTIONS, SHOWN, Section, State, StrayedArc, describe, differences_in_json, sections,
 };
 pub use features_file::FeaturesFile;
 pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};
 pub use hold::{Held, HoldError, UPDATE, hold, is_set};
-pub use labels_file::LabelsFile;
-pub use report::{SHOWN, Section, describe, differences_in_json, sections};
+pub use labels_file::{LabelsFile, carried};
 pub use results::{
     Feature, Geometry, LabelledArc, Labels, LineSegment, Margin, Mark, Measured, RangeSigma,
     Results,

@@ -4,13 +4,11 @@
 //! and what a configuration can mend becomes a line of the [`skeleton`]. It reads events, not
 //! files, and is shown as [`text`] for people or as JSON (`tmam.info/1`, `docs/formats.md`) for machines.
 
-pub mod channels;
 pub mod facts;
 pub mod finding;
 pub mod findings;
 mod obstacles;
 pub mod odometry;
-pub mod resolution;
 pub mod skeleton;
 pub mod sonars;
 pub mod text;

@@ -6,7 +6,6 @@
 //! them, the result is the same.
 
 pub mod columns;
-pub mod drawing;
 pub mod files;
 pub mod grid;
 mod result;
@@ -30,7 +29,7 @@ impl Plan<'_> {
     /// A log that cannot be read, and a grid of which no cell could be replayed.
     pub fn run(self, tick: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
         let runner = Runner::new(&self)?;
-        let with_truth = runner.has_truth();
+        let with_truth = runner.has_truth;
         let ranked_by = self.ranking(with_truth)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads)
@@ -48,7 +47,7 @@ impl Plan<'_> {
         let (configured, mut cells): (_, Vec<Cell>) =
             pool.install(|| rayon::join(|| runner.configured(), cells));
         rank(&mut cells, &ranked_by);
-        let about = runner.into_about();
+        let log = runner.about;
         if cells.iter().all(|cell| cell.score.is_err())
             && let Some(Err(source)) = cells.drain(..).next().map(|cell| cell.score)
         {
@@ -58,10 +57,7 @@ impl Plan<'_> {
             });
         }
         Ok(Sweep {
-            file: about.file,
-            complete: about.losses.is_empty(),
-            notes: about.notes,
-            losses: about.losses,
+            log,
             grid: self.grid,
             with_truth,
             ranked_by,

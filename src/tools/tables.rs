@@ -13,7 +13,7 @@ const WIDTH: u16 = 100;
 pub const LONGEST_NAME: usize = 100;
 
 /// The head of a column and its cell for each row.
-pub type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+pub type TableColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
 
 /// A table with a head; the first `left` columns are text, the others numbers.
 pub fn table(head: &[&str], left: usize) -> Table {
@@ -43,7 +43,7 @@ pub fn render(table: &Table) -> String {
 /// Rows as a table; the first `left` columns are text, the others numbers.
 pub fn listed<'r, T: 'r>(
     left: usize,
-    columns: &[Column<'_, T>],
+    columns: &[TableColumn<'_, T>],
     rows: impl IntoIterator<Item = &'r T>,
 ) -> String {
     let head: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();

@@ -70,6 +70,38 @@ pub enum Action {
     Rejected(Rejection),
 }
 
+impl Action {
+    /// The word in files: `registered`, `merged` or `rejected`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Registered(_) => "registered",
+            Self::Merged(_) => "merged",
+            Self::Rejected(_) => "rejected",
+        }
+    }
+
+    /// The map feature that it went into.
+    pub fn map_id(self) -> Option<u32> {
+        match self {
+            Self::Registered(id) | Self::Merged(id) => Some(id),
+            Self::Rejected(_) => None,
+        }
+    }
+
+    /// Why it was not used.
+    pub fn rejection(self) -> Option<Rejection> {
+        match self {
+            Self::Rejected(reason) => Some(reason),
+            Self::Registered(_) | Self::Merged(_) => None,
+        }
+    }
+
+    /// What became of it in a word: why it was rejected where it was.
+    pub fn fate(self) -> &'static str {
+        self.rejection().map_or(self.name(), Rejection::name)
+    }
+}
+
 /// A registered feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFeature {

@@ -81,29 +81,15 @@ fn bearing(cosine: f64) -> Option<f64> {
     (cosine.abs() < 1.0 + COSINE_SLACK).then(|| libm::acos(cosine.clamp(-1.0, 1.0)))
 }
 
-/// Cosine of the bearing, from the base line, at which both arcs touch a circle of `radius`.
-///
-/// All lengths in metres; `d` is the length of the base line.
-pub fn cos_circle(r1: f64, r2: f64, d: f64, radius: f64) -> f64 {
-    let (a, b) = (r1 + radius, r2 + radius);
-    (a * a - b * b + d * d) / (2.0 * d * a) // (1)
-}
-
-/// Cosine of the bearing of the common tangent: [`cos_circle`] as the radius grows.
+/// Cosine of the bearing, from the base line of length `d`, of the common tangent: (1) as the radius of a
+/// circle that both arcs touch grows. Metres.
 pub fn cos_contact(r1: f64, r2: f64, d: f64) -> f64 {
     (r1 - r2) / d // (2)
 }
 
-/// Cosine of the bearing of the crossing: [`cos_circle`] of radius 0.
+/// Cosine of the bearing of the crossing: (1) of radius 0.
 pub fn cos_intersection(r1: f64, r2: f64, d: f64) -> f64 {
     (r1 * r1 - r2 * r2 + d * d) / (2.0 * d * r1) // (3)
-}
-
-/// Radius of the circle that both arcs touch when the first sees it at a bearing with this cosine.
-///
-/// The paper's (4) lacks `d^2` in the numerator.
-pub fn circle_radius(r1: f64, r2: f64, d: f64, cosine: f64) -> f64 {
-    (r1 * r1 - r2 * r2 + d * d - 2.0 * d * cosine * r1) / (2.0 * (d * cosine + r2 - r1)) // (4)
 }
 
 #[cfg(test)]
@@ -113,6 +99,19 @@ mod tests {
     use crate::core::geometry::{Pose2, angle_between, unit};
     use crate::core::tmam::arc::ArcId;
     use proptest::prelude::*;
+
+    /// Cosine of the bearing, from the base line, at which both arcs touch a circle of `radius`.
+    fn cos_circle(r1: f64, r2: f64, d: f64, radius: f64) -> f64 {
+        let (a, b) = (r1 + radius, r2 + radius);
+        (a * a - b * b + d * d) / (2.0 * d * a) // (1)
+    }
+
+    /// Radius of the circle that both arcs touch when the first sees it at a bearing with this cosine.
+    ///
+    /// The paper's (4) lacks `d^2` in the numerator.
+    fn circle_radius(r1: f64, r2: f64, d: f64, cosine: f64) -> f64 {
+        (r1 * r1 - r2 * r2 + d * d - 2.0 * d * cosine * r1) / (2.0 * (d * cosine + r2 - r1)) // (4)
+    }
 
     fn arc(x: f64, y: f64, yaw: f64, range: f64, beam_width: f64) -> Arc {
         Arc {

@@ -1,13 +1,11 @@
 //! All that is known of one arc.
 
-use serde::Serialize;
-
 use super::arc::Arc;
 use super::condition::Condition;
 use super::hypothesis::{Gate, HypothesisTest};
 use super::label::{Kind, Label, Reason};
 use super::prediction::Prediction;
-use super::triple::{TripleTest, Way, unbent};
+use super::triple::{Between, TripleTest, Way, conditions};
 use crate::core::config::Config;
 
 /// What is known of an arc: its label, and all that was looked at for it.
@@ -48,18 +46,6 @@ pub struct RunTest {
     pub test: HypothesisTest,
 }
 
-/// Which neighbours of an arc a condition is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Between {
-    /// The arc and the one before it.
-    Before,
-    /// The arc and the one after it.
-    After,
-    /// The way to the arc and the way on from it.
-    Both,
-}
-
 impl ArcReport {
     /// Of an arc after which nothing has echoed yet.
     pub fn new(arc: Arc) -> Self {
@@ -86,18 +72,11 @@ impl ArcReport {
     /// The comparisons that make an arc with two neighbours the middle of a triple, in the order in
     /// which they are made; none without two neighbours.
     pub fn conditions(&self, config: &Config) -> Vec<(Between, Condition)> {
-        let (Some(before), Some(after)) = (self.before, self.after) else {
-            return Vec::new();
-        };
-        let near = |between, way: Way| way.near(config).map(|condition| (between, condition));
-        let mut conditions = Vec::from(near(Between::Before, before));
-        conditions.extend(near(Between::After, after));
-        conditions.extend([
-            (Between::Before, before.straight(config)),
-            (Between::After, after.straight(config)),
-            (Between::Both, unbent(self.bend, config)),
-        ]);
-        conditions
+        let ways = self.before.as_ref().zip(self.after.as_ref());
+        let all = ways.map(|(before, after)| conditions([before, after], self.bend, config));
+        let all = all.into_iter().flatten();
+        all.map(|(between, condition, _)| (between, condition))
+            .collect()
     }
 
     /// The tests of the readings around it, narrowest first, with the word for whose they are.
@@ -139,5 +118,15 @@ impl ArcReport {
 
     fn kind_by_map(&self) -> Option<Kind> {
         self.map?.support.kind()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_is_small_for_every_arc_of_a_log_has_one() {
+        assert!(size_of::<ArcReport>() <= 400, "{}", size_of::<ArcReport>());
     }
 }

@@ -1,26 +1,25 @@
 //! The two rules: what decides a label, how runs go on, and how features are fitted to them.
 
-use std::fmt::Debug;
-
 use super::arc::Arc;
 use super::fit::{Fit, FitOptions, fit_in_parts, fit_run};
 use super::hypothesis::Gate;
 use super::label::{Label, Reason};
-use super::pending::Pending;
 use super::report::ArcReport;
 use super::run::{Run, Runs};
-use crate::core::config::{self, Config, NoiseAwareOptions};
+use super::window::WindowResult;
+use crate::core::config::Config;
 
-/// A rule: a policy for each step of the method that the two rules take differently.
-pub trait Rule: Debug {
-    /// The label of an arc; `None` while what decides is not known yet.
-    fn label(&self, arc: &Pending) -> Option<Decision>;
-
-    /// Takes the next labelled arc of a sonar into its open run; returns the run that it closed.
-    fn run(&self, runs: &mut Runs, arc: &ArcReport, decision: &Decision) -> Option<Run>;
-
-    /// Fits a feature to a closed run, or one to each of its parts.
-    fn fit(&self, run: Run) -> Vec<(Run, Fit)>;
+/// An arc that has no label yet.
+#[derive(Debug, Clone)]
+pub struct Pending {
+    /// What is known of it so far.
+    pub report: ArcReport,
+    /// The arc between its neighbours, where the three make a triple.
+    pub triple: Option<[Arc; 3]>,
+    /// Whether the entry after it has come.
+    pub is_followed: bool,
+    /// What its windows came to, once no wider one will be looked at.
+    pub window: Option<WindowResult>,
 }
 
 /// A label, and what it rests on.
@@ -34,56 +33,26 @@ pub struct Decision {
     pub chi2_margin: Option<f64>,
     /// The readings that decided.
     pub readings: Vec<Arc>,
+    /// The arc between its neighbours, where the three make a triple.
+    pub three: Option<[Arc; 3]>,
 }
 
-/// The rule of a configuration.
-pub fn of(config: &Config, gate: &Gate) -> Box<dyn Rule> {
-    match config.rule {
-        config::Rule::Paper => Box::new(PaperRule),
-        config::Rule::NoiseAware => Box::new(NoiseAwareRule::new(config, gate)),
-    }
-}
-
-/// The paper's rule: angles decide, equal labels in a row are a run, and a run gives one feature.
+/// A rule: a policy for each step of the method that the two rules take differently. The paper's rule departs
+/// from the paper in none of them; each of the noise-aware rule's can be switched off by itself.
 #[derive(Debug, Clone, Copy)]
-pub struct PaperRule;
-
-impl Rule for PaperRule {
-    fn label(&self, arc: &Pending) -> Option<Decision> {
-        Labelling::Angles.label(arc)
-    }
-
-    fn run(&self, runs: &mut Runs, arc: &ArcReport, decision: &Decision) -> Option<Run> {
-        Labelling::Angles.run(runs, arc, decision)
-    }
-
-    fn fit(&self, run: Run) -> Vec<(Run, Fit)> {
-        Fitting::Whole.fit(run, &FitOptions::default())
-    }
-}
-
-/// The noise-aware rule: each policy that departs from the paper can be switched off by itself.
-#[derive(Debug, Clone, Copy)]
-pub struct NoiseAwareRule {
+pub struct Policies {
     labelling: Labelling,
-    fitting: Fitting,
+    /// Whether a run may be several features, broken where its parts fit best.
+    breaks_runs: bool,
     options: FitOptions,
 }
 
-impl NoiseAwareRule {
-    /// Composed as the configuration has it.
-    pub fn new(config: &Config, gate: &Gate) -> Self {
-        let NoiseAwareOptions {
-            label_by_opinion,
-            break_runs,
-            converge,
-            reject_misfits,
-            reject_mirrored,
-            ..
-        } = config.noise_aware;
-        let bounds = &config.opinion;
+impl Policies {
+    /// The rule of a configuration.
+    pub fn of(config: &Config, gate: &Gate) -> Self {
+        let (departures, bounds) = (config.departures(), &config.opinion);
         Self {
-            labelling: if label_by_opinion {
+            labelling: if departures.label_by_opinion {
                 Labelling::Windows {
                     decisive: bounds.decisive,
                     longest_gap: 2 * bounds.max_half_width,
@@ -91,31 +60,32 @@ impl NoiseAwareRule {
             } else {
                 Labelling::Angles
             },
-            fitting: if break_runs {
-                Fitting::InParts
-            } else {
-                Fitting::Whole
-            },
+            breaks_runs: departures.break_runs,
             options: FitOptions {
-                converge,
-                misfits: reject_misfits.then_some(*gate),
-                mirrored: reject_mirrored.then_some(bounds.decisive),
+                converge: departures.converge,
+                misfits: departures.reject_misfits.then_some(*gate),
+                mirrored: departures.reject_mirrored.then_some(bounds.decisive),
             },
         }
     }
-}
 
-impl Rule for NoiseAwareRule {
-    fn label(&self, arc: &Pending) -> Option<Decision> {
+    /// The label of an arc; `None` while what decides is not known yet.
+    pub fn label(&self, arc: &Pending) -> Option<Decision> {
         self.labelling.label(arc)
     }
 
-    fn run(&self, runs: &mut Runs, arc: &ArcReport, decision: &Decision) -> Option<Run> {
+    /// Takes the next labelled arc of a sonar into its open run; returns the run that it closed.
+    pub fn run(&self, runs: &mut Runs, arc: &ArcReport, decision: &Decision) -> Option<Run> {
         self.labelling.run(runs, arc, decision)
     }
 
-    fn fit(&self, run: Run) -> Vec<(Run, Fit)> {
-        self.fitting.fit(run, &self.options)
+    /// Fits a feature to a closed run, or one to each of its parts.
+    pub fn fit(&self, run: Run) -> Vec<(Run, Fit)> {
+        if self.breaks_runs {
+            return fit_in_parts(run, &self.options);
+        }
+        let fit = fit_run(&run, &self.options);
+        vec![(run, fit)]
     }
 }
 
@@ -145,6 +115,7 @@ impl Labelling {
                 margin: triple.map(|triple| triple.margin),
                 chi2_margin: None,
                 readings: arc.triple.map(Vec::from).unwrap_or_default(),
+                three: arc.triple,
             }),
             Self::Windows { decisive, .. } => {
                 let window = arc.window.as_ref()?;
@@ -155,6 +126,7 @@ impl Labelling {
                     margin: None,
                     chi2_margin: window.margin.filter(|_| triple.is_some()),
                     readings: window.readings.clone(),
+                    three: arc.triple,
                 })
             }
         }
@@ -169,27 +141,6 @@ impl Labelling {
                 runs.pass(longest_gap)
             }
             (_, None) => runs.close(),
-        }
-    }
-}
-
-/// Whether a run is one feature.
-#[derive(Debug, Clone, Copy)]
-enum Fitting {
-    /// It is.
-    Whole,
-    /// It may be several, broken where its parts fit best.
-    InParts,
-}
-
-impl Fitting {
-    fn fit(self, run: Run, options: &FitOptions) -> Vec<(Run, Fit)> {
-        match self {
-            Self::Whole => {
-                let fit = fit_run(&run, options);
-                vec![(run, fit)]
-            }
-            Self::InParts => fit_in_parts(run, options),
         }
     }
 }

@@ -16,6 +16,8 @@ pub struct Step {
     /// Arcs of this and earlier frames that have their label now, in the order they got it. Their
     /// runs are still open.
     pub labelled: Vec<ArcReport>,
+    /// Of each of these, the arc between its neighbours, where the three make a triple.
+    pub triples: Vec<Option<[Arc; 3]>>,
     /// Features extracted from the runs that closed now, each with what became of it in the map.
     pub extractions: Vec<Extraction>,
     /// Map features that changed at the end of the log: their status, or where they end.

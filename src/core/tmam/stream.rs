@@ -5,9 +5,8 @@ use std::collections::VecDeque;
 use super::arc::{Arc, ArcId};
 use super::hypothesis::Gate;
 use super::label::Label;
-use super::pending::Pending;
 use super::report::{ArcReport, RunTest};
-use super::rule::{Decision, Rule};
+use super::rule::{Decision, Pending, Policies};
 use super::run::{Run, Runs};
 use super::step::Extraction;
 use super::triple::{TripleTest, Way, bend, obstacle};
@@ -40,7 +39,7 @@ impl Stream {
             {
                 let three = [before, middle, after];
                 report.bend = bend(&three);
-                match obstacle(&way_before, &way_after, report.bend, config) {
+                match obstacle([&way_before, &way_after], report.bend, config) {
                     Some(reason) => report.label = Label::Unidentified(reason),
                     None => {
                         report.triple = Some(TripleTest::of(&three, &config.triple, gate));
@@ -79,7 +78,7 @@ impl Stream {
     }
 
     /// Labels the next arc in order, if what decides is known.
-    pub fn label(&mut self, rule: &dyn Rule) -> Option<(ArcReport, Decision)> {
+    pub fn label(&mut self, rule: &Policies) -> Option<(ArcReport, Decision)> {
         let decision = rule.label(self.pending.front()?)?;
         let Pending {
             mut report, window, ..
@@ -93,7 +92,7 @@ impl Stream {
     }
 
     /// Takes a labelled arc into the open run; returns the run that it closed.
-    pub fn run(&mut self, rule: &dyn Rule, report: &ArcReport, decision: &Decision) -> Option<Run> {
+    pub fn run(&mut self, rule: &Policies, report: &ArcReport, decision: &Decision) -> Option<Run> {
         rule.run(&mut self.runs, report, decision)
     }
 

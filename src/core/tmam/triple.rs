@@ -1,5 +1,7 @@
 //! Three neighbouring arcs of one sonar: whether they make a triple, and the paper's rule on it.
 
+use serde::Serialize;
+
 use super::arc::Arc;
 use super::condition::{Condition, Relation};
 use super::hypothesis::{Gate, HypothesisTest};
@@ -7,7 +9,7 @@ use super::label::{Label, Reason};
 use super::pair::{MIN_BASELINE, PairPoint, Points};
 use super::spread::Spread;
 use crate::core::config::{Config, Triple};
-use crate::core::geometry::{Vec2, angle_between, direction};
+use crate::core::geometry::{angle_between, direction};
 
 /// The way of a sensor from one of its arcs to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,24 +33,20 @@ impl Way {
         }
     }
 
-    /// What keeps the sonar's sequence together: neighbours near in time and in distance.
-    pub fn near(&self, config: &Config) -> [Condition; 2] {
-        let bounds = &config.sequence;
+    /// What a window may reach over: neighbours near in time and distance, and a sensor that still looks
+    /// the same way.
+    fn conditions(&self, config: &Config) -> [Condition; 3] {
+        let (bounds, turn) = (&config.sequence, config.triple.turn_tolerance);
         [
             at_most("sequence.max_gap", self.seconds, bounds.max_gap),
             at_most("sequence.max_baseline", self.length, bounds.max_baseline),
+            at_most("triple.turn_tolerance", self.turn, turn),
         ]
-    }
-
-    /// And the sensor still looks the same way.
-    pub fn straight(&self, config: &Config) -> Condition {
-        let most = config.triple.turn_tolerance;
-        at_most("triple.turn_tolerance", self.turn, most)
     }
 
     /// Whether a window may reach over it.
     pub fn continues(&self, config: &Config) -> bool {
-        self.near(config).iter().all(Condition::holds) && self.straight(config).holds()
+        self.conditions(config).iter().all(Condition::holds)
     }
 }
 
@@ -66,23 +64,44 @@ pub fn bend([before, middle, after]: &[Arc; 3]) -> f64 {
     }
 }
 
-/// What bends no more than it may.
-pub fn unbent(bend: f64, config: &Config) -> Condition {
-    at_most("triple.bend_tolerance", bend, config.triple.bend_tolerance)
+/// Which neighbours of an arc a condition is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Between {
+    /// The arc and the one before it.
+    Before,
+    /// The arc and the one after it.
+    After,
+    /// The way to the arc and the way on from it.
+    Both,
+}
+
+/// The comparisons that make an arc between two ways the middle of a triple, in the order in which they
+/// are made, each with the reason why it is none where it does not hold.
+pub fn conditions(
+    [before, after]: [&Way; 2],
+    bend: f64,
+    config: &Config,
+) -> [(Between, Condition, Reason); 7] {
+    let [gap_before, way_before, turn_before] = before.conditions(config);
+    let [gap_after, way_after, turn_after] = after.conditions(config);
+    let bend = at_most("triple.bend_tolerance", bend, config.triple.bend_tolerance);
+    [
+        (Between::Before, gap_before, Reason::Gap),
+        (Between::Before, way_before, Reason::Gap),
+        (Between::After, gap_after, Reason::Gap),
+        (Between::After, way_after, Reason::Gap),
+        (Between::Before, turn_before, Reason::Turning),
+        (Between::After, turn_after, Reason::Turning),
+        (Between::Both, bend, Reason::Turning),
+    ]
 }
 
 /// Why three neighbours are no triple; `None` where they are one.
-pub fn obstacle(before: &Way, after: &Way, bend: f64, config: &Config) -> Option<Reason> {
-    let hold = |conditions: &[Condition]| conditions.iter().all(Condition::holds);
-    if !hold(&before.near(config)) || !hold(&after.near(config)) {
-        return Some(Reason::Gap);
-    }
-    let straight = [
-        before.straight(config),
-        after.straight(config),
-        unbent(bend, config),
-    ];
-    (!hold(&straight)).then_some(Reason::Turning)
+pub fn obstacle(ways: [&Way; 2], bend: f64, config: &Config) -> Option<Reason> {
+    let all = conditions(ways, bend, config);
+    let broken = all.iter().find(|(_, condition, _)| !condition.holds());
+    broken.map(|(.., reason)| *reason)
 }
 
 fn at_most(key: &'static str, found: f64, bound: f64) -> Condition {
@@ -110,9 +129,9 @@ pub struct TripleTest {
     pub test: HypothesisTest,
 }
 
-/// The points of two pairs that fall on the arc between them: with the arc before, then with the
-/// arc after it; of each, left of travel, then right.
-pub type OnMiddle = [[Option<Vec2>; 2]; 2];
+/// Of the two pairs of a triple, the arc before and the middle one first, whether they have a point left of
+/// travel, and right of it.
+pub type Sides = [[bool; 2]; 2];
 
 /// The angles of a triple, from which its label follows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,10 +141,10 @@ pub struct Angles {
     pub theta_c: f64,
     /// The same of intersection points.
     pub theta_i: f64,
-    /// Where the common tangents touch arc k.
-    pub contact_points: OnMiddle,
-    /// Where its neighbours cross arc k.
-    pub intersection_points: OnMiddle,
+    /// On which sides the common tangents touch arc k.
+    pub contact: Sides,
+    /// On which sides its neighbours cross arc k.
+    pub intersection: Sides,
 }
 
 impl TripleTest {
@@ -148,12 +167,6 @@ impl TripleTest {
 impl Angles {
     /// On the middle arc of a triple, between the points of its two pairs.
     pub fn between([before, after]: &[Points; 2], beam_width: f64) -> Self {
-        let on_middle = |before: &[Option<PairPoint>; 2], after: &[Option<PairPoint>; 2]| {
-            [
-                before.map(|point| Some(point?.on_b)),
-                after.map(|point| Some(point?.on_a)),
-            ]
-        };
         let smallest = |before: &[Option<PairPoint>; 2], after: &[Option<PairPoint>; 2]| {
             let sides = before.iter().zip(after);
             sides
@@ -164,8 +177,9 @@ impl Angles {
         Self {
             theta_c: smallest(&before.contact, &after.contact),
             theta_i: smallest(&before.intersection, &after.intersection),
-            contact_points: on_middle(&before.contact, &after.contact),
-            intersection_points: on_middle(&before.intersection, &after.intersection),
+            contact: [before.contact, after.contact].map(|pair| pair.map(|p| p.is_some())),
+            intersection: [before.intersection, after.intersection]
+                .map(|pair| pair.map(|p| p.is_some())),
         }
     }
 
@@ -200,9 +214,7 @@ impl Angles {
         if by_intersection > 0.0 {
             return (Label::Intersection, by_intersection);
         }
-        let reason = if !has_common_side(&self.contact_points)
-            && !has_common_side(&self.intersection_points)
-        {
+        let reason = if !has_common_side(&self.contact) && !has_common_side(&self.intersection) {
             Reason::NoPoints
         } else if self.theta_c.min(self.theta_i) >= bounds.gamma {
             Reason::Wide
@@ -215,9 +227,11 @@ impl Angles {
 }
 
 /// Whether both pairs have a point on one side of travel.
-pub fn has_common_side([before, after]: &OnMiddle) -> bool {
-    let mut sides = before.iter().zip(after);
-    sides.any(|(before, after)| before.is_some() && after.is_some())
+pub fn has_common_side([before, after]: &Sides) -> bool {
+    before
+        .iter()
+        .zip(after)
+        .any(|(before, after)| *before && *after)
 }
 
 #[cfg(test)]

@@ -19,16 +19,15 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
     PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, TimePanelBlueprint, ViewContents,
     VisibleTimeRanges, VisualBounds2D,
 };
-use rerun::external::uuid::Uuid;
 
 use super::canvas::Canvas;
 use super::entity::Entity;
 use super::plane::Bounds;
 use crate::observe::viewer::Error;
-pub use writer::{FIRST_UUID, Part, Writer};
+pub use writer::Part;
 
 /// What the layout depends on.
-pub struct Layout {
+pub struct ViewLayout {
     /// The part of the plane to show; all that is drawn where not given.
     pub bounds: Option<Bounds>,
     /// How many frames there are; 0 where that is not known yet.
@@ -51,140 +50,84 @@ pub struct Layout {
     pub first: Option<u32>,
 }
 
-/// Ids of the containers and views, the same in every recording.
-#[derive(Debug, Clone, Copy)]
-pub enum Id {
-    Root = 1,
-    Left,
-    Right,
-    Angles,
-    Scene,
-    Map,
-    About,
-    ThetaC,
-    ThetaI,
-    Labels,
-    Dots,
-    Lanes,
-    Events,
-    Line,
-    Point,
-    Chi2Line,
-    Chi2Point,
-    Evaluation,
-    Below,
-    Correction,
-    Moved,
-    Turned,
-    Poses,
-}
-
-impl Part for Id {
-    fn uuid(self) -> Uuid {
-        Uuid::from_u128(FIRST_UUID | self as u128)
-    }
-
-    fn is_container(self) -> bool {
-        matches!(
-            self,
-            Self::Root
-                | Self::Left
-                | Self::Right
-                | Self::Angles
-                | Self::Line
-                | Self::Point
-                | Self::Lanes
-                | Self::Scene
-                | Self::Below
-                | Self::Correction
-        )
-    }
-}
+// The containers and views.
+const ROOT: Part = Part::container(1);
+const LEFT: Part = Part::container(2);
+const RIGHT: Part = Part::container(3);
+const ANGLES: Part = Part::container(4);
+const SCENE: Part = Part::container(5);
+const MAP: Part = Part::view(6);
+const ABOUT: Part = Part::view(7);
+const THETA_C: Part = Part::view(8);
+const THETA_I: Part = Part::view(9);
+const LABELS: Part = Part::view(10);
+const DOTS: Part = Part::view(11);
+const LANES: Part = Part::container(12);
+const EVENTS: Part = Part::view(13);
+const LINE: Part = Part::container(14);
+const POINT: Part = Part::container(15);
+const CHI2_LINE: Part = Part::view(16);
+const CHI2_POINT: Part = Part::view(17);
+const EVALUATION: Part = Part::view(18);
+const BELOW: Part = Part::container(19);
+const CORRECTION: Part = Part::container(20);
+const MOVED: Part = Part::view(21);
+const TURNED: Part = Part::view(22);
+const POSES: Part = Part::view(23);
 
 /// Writes the whole blueprint.
-pub fn put(layout: &Layout, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    let mut w = Writer::new(canvas);
-    map(&mut w, layout)?;
-    w.view(Id::About, "TextDocument", "About", &["+ /about"])?;
-    for (id, name, path, bound) in [
-        (
-            Id::ThetaC,
-            "theta_c [rad]: low = wall",
-            "+ /angles/theta_c",
-            Bound::Gamma,
-        ),
-        (
-            Id::ThetaI,
-            "theta_i [rad]: low = point",
-            "+ /angles/theta_i",
-            Bound::Gamma,
-        ),
-        (Id::Chi2Line, "chi2 line", "+ /chi2/line", Bound::Gate),
-        (Id::Chi2Point, "chi2 point", "+ /chi2/point", Bound::Gate),
-    ] {
-        plot(&mut w, layout, id, name, path, bound)?;
-    }
-    for (tabs, angle, chi2) in [
-        (Id::Line, Id::ThetaC, Id::Chi2Line),
-        (Id::Point, Id::ThetaI, Id::Chi2Point),
-    ] {
-        w.container(tabs, ContainerKind::Tabs, &[angle, chi2], &[])?;
-    }
-    labels(&mut w, layout)?;
-    events(&mut w, layout)?;
+pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
+    map(w, layout)?;
+    w.view(ABOUT, "TextDocument", "About", &["+ /about"])?;
+    let gamma = ("+ /angles/gamma", layout.beam_width);
+    let gate = ("+ /chi2/gate", 4.0 * layout.gate);
+    let (wall, point) = ("theta_c [rad]: low = wall", "theta_i [rad]: low = point");
+    plot(w, THETA_C, wall, "+ /angles/theta_c", gamma)?;
+    plot(w, THETA_I, point, "+ /angles/theta_i", gamma)?;
+    plot(w, CHI2_LINE, "chi2 line", "+ /chi2/line", gate)?;
+    plot(w, CHI2_POINT, "chi2 point", "+ /chi2/point", gate)?;
+    w.container(LINE, ContainerKind::Tabs, &[THETA_C, CHI2_LINE], &[])?;
+    w.container(POINT, ContainerKind::Tabs, &[THETA_I, CHI2_POINT], &[])?;
+    labels(w, layout)?;
+    events(w, layout)?;
 
-    let mut tabs = vec![Id::Map, Id::About];
+    let mut tabs = vec![MAP, ABOUT];
     if layout.evaluated {
-        w.view(
-            Id::Evaluation,
-            "TextDocument",
-            "Evaluation",
-            &["+ /evaluation"],
-        )?;
-        tabs.insert(1, Id::Evaluation);
+        w.view(EVALUATION, "TextDocument", "Evaluation", &["+ /evaluation"])?;
+        tabs.insert(1, EVALUATION);
     }
-    let mut below = Id::Events;
+    let mut below = EVENTS;
     if layout.corrected {
-        correction(&mut w)?;
-        tabs.push(Id::Poses);
-        below = Id::Below;
+        correction(w)?;
+        tabs.push(POSES);
+        below = BELOW;
     }
-    w.container(Id::Scene, ContainerKind::Tabs, &tabs, &[])?;
-    w.container(
-        Id::Left,
-        ContainerKind::Vertical,
-        &[Id::Scene, below],
-        &[3.0, 1.0],
-    )?;
+    w.container(SCENE, ContainerKind::Tabs, &tabs, &[])?;
+    w.container(LEFT, ContainerKind::Vertical, &[SCENE, below], &[3.0, 1.0])?;
     let (lanes, angles) = heights(layout.lanes);
     w.container(
-        Id::Angles,
+        ANGLES,
         if angles > LOW {
             ContainerKind::Vertical
         } else {
             ContainerKind::Horizontal
         },
-        &[Id::Line, Id::Point],
+        &[LINE, POINT],
         &[1.0, 1.0],
     )?;
     w.container(
-        Id::Right,
+        RIGHT,
         ContainerKind::Vertical,
-        &[Id::Angles, Id::Lanes],
+        &[ANGLES, LANES],
         &[angles, lanes],
     )?;
-    w.container(
-        Id::Root,
-        ContainerKind::Horizontal,
-        &[Id::Left, Id::Right],
-        &[1.3, 1.0],
-    )?;
-    w.window(Id::Root)?;
-    w.put("time_panel", &time_panel(layout))
+    w.container(ROOT, ContainerKind::Horizontal, &[LEFT, RIGHT], &[1.3, 1.0])?;
+    w.window(ROOT)?;
+    w.part("time_panel", &time_panel(layout))
 }
 
 /// Where the time cursor is when the recording opens.
-fn time_panel(layout: &Layout) -> TimePanelBlueprint {
+fn time_panel(layout: &ViewLayout) -> TimePanelBlueprint {
     let panel = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
         .with_timeline("frame");
@@ -220,12 +163,12 @@ fn heights(lanes: usize) -> (f32, f32) {
 }
 
 /// The map: bounds that fit the run, and the trajectory up to the cursor.
-fn map(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
-    w.view(Id::Map, "2D", "Map", &["+ /world/**"])?;
+fn map(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
+    w.view(MAP, "2D", "Map", &["+ /world/**"])?;
     if let Some(Bounds { min, max }) = layout.bounds {
         // The view's y axis points down; the world is drawn flipped, so its bounds are too.
         w.property(
-            Id::Map,
+            MAP,
             "VisualBounds2D",
             &VisualBounds2D::new(VisualBounds(Range2D {
                 x_range: [min.x, max.x].into(),
@@ -248,9 +191,9 @@ fn map(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
         &[Entity::Trajectory]
     };
     for entity in accumulated {
-        w.put(
+        w.part(
             ViewContents::blueprint_base_visualizer_path_for_entity(
-                Id::Map.uuid(),
+                MAP.uuid(),
                 &entity.path().into(),
             ),
             &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
@@ -260,66 +203,51 @@ fn map(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
 }
 
 /// How far the poses were moved and turned, beside the events, and the page that says how to read it.
-fn correction(w: &mut Writer<'_, '_>) -> Result<(), Error> {
-    w.view(Id::Poses, "TextDocument", "Poses", &["+ /about/poses"])?;
+fn correction(w: &mut Canvas<'_>) -> Result<(), Error> {
+    w.view(POSES, "TextDocument", "Poses", &["+ /about/poses"])?;
     for (id, name, path) in [
-        (Id::Moved, "poses moved [m]", "+ /correction/moved"),
-        (Id::Turned, "turned [deg]", "+ /correction/turned"),
+        (MOVED, "poses moved [m]", "+ /correction/moved"),
+        (TURNED, "turned [deg]", "+ /correction/turned"),
     ] {
         w.view(id, "TimeSeries", name, &[path])?;
         link(w, id)?;
     }
-    let plots = [Id::Moved, Id::Turned];
-    w.container(Id::Correction, ContainerKind::Tabs, &plots, &[])?;
+    w.container(CORRECTION, ContainerKind::Tabs, &[MOVED, TURNED], &[])?;
     w.container(
-        Id::Below,
+        BELOW,
         ContainerKind::Horizontal,
-        &[Id::Events, Id::Correction],
+        &[EVENTS, CORRECTION],
         &[1.6, 1.0],
     )
 }
 
-/// What the values of a plot are held against.
-#[derive(Debug, Clone, Copy)]
-enum Bound {
-    /// Angles.
-    Gamma,
-    /// Chi2.
-    Gate,
-}
-
-/// A value over time against its bound.
+/// A value over time against its bound, and how high the plot is.
 fn plot(
-    w: &mut Writer<'_, '_>,
-    layout: &Layout,
-    id: Id,
+    w: &mut Canvas<'_>,
+    id: Part,
     name: &str,
     path: &str,
-    bound: Bound,
+    (bound, top): (&str, f64),
 ) -> Result<(), Error> {
-    let (bound, top) = match bound {
-        Bound::Gamma => ("+ /angles/gamma", layout.beam_width),
-        Bound::Gate => ("+ /chi2/gate", 4.0 * layout.gate),
-    };
     w.view(id, "TimeSeries", name, &[path, bound])?;
     scale(w, id, [-0.06 * top, 1.12 * top])?;
     link(w, id)?;
     hide_legend(w, id)
 }
 
-fn scale(w: &mut Writer<'_, '_>, id: Id, range: [f64; 2]) -> Result<(), Error> {
+fn scale(w: &mut Canvas<'_>, id: Part, range: [f64; 2]) -> Result<(), Error> {
     let axis = ScalarAxis::new().with_range(Range1D(range.into()));
     w.property(id, "ScalarAxis", &axis)
 }
 
 /// Sixteen names would cover the plot; each dot says its sonar when pointed at.
-fn hide_legend(w: &mut Writer<'_, '_>, id: Id) -> Result<(), Error> {
+fn hide_legend(w: &mut Canvas<'_>, id: Part) -> Result<(), Error> {
     let legend = PlotLegend::new().with_visible(Visible(Bool(false)));
     w.property(id, "PlotLegend", &legend)
 }
 
 /// All views over time show the same part of it.
-fn link(w: &mut Writer<'_, '_>, id: Id) -> Result<(), Error> {
+fn link(w: &mut Canvas<'_>, id: Part) -> Result<(), Error> {
     let axis = TimeAxis::new().with_link(LinkAxis::LinkToGlobal);
     w.property(id, "TimeAxis", &axis)
 }
@@ -328,29 +256,29 @@ fn link(w: &mut Writer<'_, '_>, id: Id) -> Result<(), Error> {
 const FRAMES_ON_LANES: i64 = 400;
 
 /// The labels, as lanes of names and as dots.
-fn labels(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
-    w.view(Id::Labels, "StateTimeline", "Labels", &["+ /labels/**"])?;
+fn labels(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
+    w.view(LABELS, "StateTimeline", "Labels", &["+ /labels/**"])?;
     w.view(
-        Id::Dots,
+        DOTS,
         "TimeSeries",
         "Labels by sonar number",
         &["+ /lanes/**"],
     )?;
-    link(w, Id::Labels)?;
-    link(w, Id::Dots)?;
-    scale(w, Id::Dots, [-0.7, layout.sonars as f64 - 0.3])?;
-    hide_legend(w, Id::Dots)?;
+    link(w, LABELS)?;
+    link(w, DOTS)?;
+    scale(w, DOTS, [-0.7, layout.sonars as f64 - 0.3])?;
+    hide_legend(w, DOTS)?;
     let tabs = if layout.frames > FRAMES_ON_LANES {
-        [Id::Dots, Id::Labels]
+        [DOTS, LABELS]
     } else {
-        [Id::Labels, Id::Dots]
+        [LABELS, DOTS]
     };
-    w.container(Id::Lanes, ContainerKind::Tabs, &tabs, &[])
+    w.container(LANES, ContainerKind::Tabs, &tabs, &[])
 }
 
 /// The event log.
-fn events(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
-    w.view(Id::Events, "TextLog", "Events", &["+ /log/**"])?;
+fn events(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
+    w.view(EVENTS, "TextLog", "Events", &["+ /log/**"])?;
     let timeline = |name: &str, visible: bool| {
         TimelineColumn(TimelineColumnData {
             visible: Bool(visible),
@@ -364,7 +292,7 @@ fn events(w: &mut Writer<'_, '_>, layout: &Layout) -> Result<(), Error> {
         })
     };
     w.property(
-        Id::Events,
+        EVENTS,
         "TextLogColumns",
         &TextLogColumns::new()
             .with_timeline_columns([

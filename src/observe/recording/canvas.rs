@@ -15,9 +15,9 @@ use rerun::{
 use super::encode::{RrdWriter, Store};
 use super::entity::{Entity, Look, Names, Paint};
 use super::evidence::{Known, batches};
-use super::plane::Origin;
+use super::plane::PlaneOrigin;
 use super::style;
-use crate::core::event::{Sonar, SonarId};
+use crate::core::event::{Sonar, SonarId, name_of};
 use crate::core::geometry::{Pose2, unit};
 use crate::core::rounding::rounded;
 use crate::observe::viewer::Error;
@@ -49,7 +49,7 @@ impl Moment {
 
 /// What an entity shows at one moment.
 #[derive(Debug)]
-pub enum Row {
+pub enum Shown {
     Strips(Vec<Strip>),
     Dots(Vec<Dot>),
     /// Rounded as in the trace, so that the two can be compared.
@@ -58,7 +58,7 @@ pub enum Row {
     /// `rerun rrd verify` takes it for damage.)
     Labels(Vec<String>),
     Poses(Vec<Pose2>),
-    Messages(Vec<Message>),
+    Messages(Vec<LogLine>),
     Evidence(Vec<Known>),
 }
 
@@ -96,7 +96,7 @@ impl<P> From<P> for Mark<P> {
 
 /// A line of the event log.
 #[derive(Debug)]
-pub struct Message {
+pub struct LogLine {
     pub text: String,
     pub level: &'static str,
     pub color: Color,
@@ -132,7 +132,7 @@ impl Timelines {
 pub struct Canvas<'a> {
     file: RrdWriter<'a>,
     pub lines: Timelines,
-    pub origin: Origin,
+    pub origin: PlaneOrigin,
     pub sonars: Vec<Sonar>,
     tables: BTreeMap<Entity, Table>,
 }
@@ -142,11 +142,11 @@ pub struct Canvas<'a> {
 struct Table {
     moments: Vec<Moment>,
     lengths: Vec<usize>,
-    rows: Option<Row>,
+    rows: Option<Shown>,
 }
 
 impl<'a> Canvas<'a> {
-    pub fn new(file: RrdWriter<'a>, start_ns: i64, origin: Origin, sonars: &[Sonar]) -> Self {
+    pub fn new(file: RrdWriter<'a>, start_ns: i64, origin: PlaneOrigin, sonars: &[Sonar]) -> Self {
         Self {
             file,
             lines: Timelines::new(start_ns),
@@ -157,13 +157,11 @@ impl<'a> Canvas<'a> {
     }
 
     pub fn sonar(&self, id: SonarId) -> &str {
-        self.sonars
-            .get(id.index())
-            .map_or("?", |sonar| sonar.name.as_str())
+        name_of(&self.sonars, id)
     }
 
     /// Adds a row; moments must not decrease, unless they are late.
-    pub fn row(&mut self, entity: Entity, at: Moment, row: Row) -> Result<(), Error> {
+    pub fn row(&mut self, entity: Entity, at: Moment, row: Shown) -> Result<(), Error> {
         if at.late {
             let mut table = Table::default();
             table.push(at, row);
@@ -188,8 +186,8 @@ impl<'a> Canvas<'a> {
             TextLogLevel::ERROR => style::NOW,
             _ => style::WALL,
         };
-        let message = Message { text, level, color };
-        self.row(Entity::Log, at, Row::Messages(vec![message]))
+        let message = LogLine { text, level, color };
+        self.row(Entity::Log, at, Shown::Messages(vec![message]))
     }
 
     /// Writes all rows that wait.
@@ -233,7 +231,7 @@ impl<'a> Canvas<'a> {
         path: impl Into<EntityPath>,
         what: &dyn AsComponents,
     ) -> Result<(), Error> {
-        let columns = single_row(what)?;
+        let columns = columns(what, &[])?;
         self.file
             .chunk(Store::Recording, &path.into(), 1, Vec::new(), columns)
     }
@@ -258,7 +256,7 @@ impl<'a> Canvas<'a> {
         what: &dyn AsComponents,
     ) -> Result<(), Error> {
         let times = vec![(Timeline::new_sequence("blueprint"), vec![0])];
-        let columns = single_row(what)?;
+        let columns = columns(what, &[])?;
         self.file
             .chunk(Store::Blueprint, &path.into(), 1, times, columns)
     }
@@ -283,18 +281,18 @@ impl<'a> Canvas<'a> {
 
 impl Table {
     /// Adds a row, and says how many instances there are now.
-    fn push(&mut self, at: Moment, row: Row) -> usize {
+    fn push(&mut self, at: Moment, row: Shown) -> usize {
         self.moments.push(at);
         self.lengths.push(row.len());
         match &mut self.rows {
             None => self.rows = Some(row),
             Some(rows) => rows.extend(row),
         }
-        self.rows.as_ref().map_or(0, Row::len)
+        self.rows.as_ref().map_or(0, Shown::len)
     }
 }
 
-impl Row {
+impl Shown {
     fn len(&self) -> usize {
         match self {
             Self::Strips(all) => all.len(),
@@ -384,22 +382,18 @@ impl Row {
     }
 }
 
-/// Instances as columns, cut into rows of these lengths.
+/// Instances as columns, cut into rows of these lengths; into a single row without any.
 fn columns(
     what: &dyn AsComponents,
     lengths: &[usize],
 ) -> SerializationResult<Vec<SerializedComponentColumn>> {
     let batches = what.as_serialized_batches().into_iter();
-    batches
-        .map(|batch| batch.partitioned(lengths.iter().copied()))
-        .collect()
-}
-
-fn single_row(what: &dyn AsComponents) -> SerializationResult<Vec<SerializedComponentColumn>> {
-    let batches = what.as_serialized_batches().into_iter();
-    let row = batches.map(|batch| {
-        let len = batch.array.len();
-        batch.partitioned([len])
+    let columns = batches.map(|batch| match lengths {
+        [] => {
+            let all = batch.array.len();
+            batch.partitioned([all])
+        }
+        lengths => batch.partitioned(lengths.iter().copied()),
     });
-    row.collect()
+    columns.collect()
 }

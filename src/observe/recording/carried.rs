@@ -22,14 +22,13 @@ use serde::de::IgnoredAny;
 
 use super::canvas::Canvas;
 use crate::io::schema::in_words;
-use crate::observe::carried::{Carried, CarriedError};
-use crate::observe::viewer::Error;
+use crate::observe::viewer::{Carried, CarriedError, Error};
 
 const FEATURES: &str = "/run/features";
 const LABELS: &str = "/run/labels";
 
 /// A message whose columns are still bytes.
-type Message = <LogMsg as ToTransport>::Output;
+type PackedMessage = <LogMsg as ToTransport>::Output;
 
 /// A longer message holds no results, bytes.
 const LONGEST: u64 = 1 << 28;
@@ -61,7 +60,7 @@ pub fn read_carried(path: &Path) -> Result<Carried, CarriedError> {
 
 /// The results in a recording of so many bytes.
 fn find(mut file: impl Read + Seek, len: u64) -> Result<Carried, CarriedError> {
-    let mut found = Found::default();
+    let mut found = FoundResults::default();
     let mut at = 0;
     let head = piece(
         &mut file,
@@ -133,23 +132,23 @@ fn codec(at: u64, source: CodecError) -> CarriedError {
 
 /// What the messages so far said.
 #[derive(Default)]
-struct Found {
+struct FoundResults {
     ids: CachingApplicationIdInjector,
     writer: Option<(StoreId, StoreSource)>,
     features: Option<String>,
     labels: Option<String>,
 }
 
-impl Found {
+impl FoundResults {
     fn take(&mut self, kind: MessageKind, bytes: Vec<u8>, at: u64) -> Result<(), CarriedError> {
         let span = Span {
             start: at,
             len: bytes.len() as u64,
         };
         let wrong = |source| codec(at, source);
-        let message = Message::decode(bytes.into(), span, kind, &mut self.ids, None);
+        let message = PackedMessage::decode(bytes.into(), span, kind, &mut self.ids, None);
         match message.map_err(wrong)? {
-            Some(message @ Message::SetStoreInfo(_)) => {
+            Some(message @ PackedMessage::SetStoreInfo(_)) => {
                 let message = message.to_application((&mut self.ids, None));
                 if let LogMsg::SetStoreInfo(store) = message.map_err(wrong)?
                     && store.info.store_id.kind() == StoreKind::Recording
@@ -163,7 +162,7 @@ impl Found {
                 }
             }
             // Ours say of themselves that they hold at all times.
-            Some(Message::ArrowMsg(columns)) if columns.is_static == Some(true) => {
+            Some(PackedMessage::ArrowMsg(columns)) if columns.is_static == Some(true) => {
                 let compression = Compression::from(columns.compression());
                 let columns = unpacked(&columns.payload, compression, columns.uncompressed_size);
                 self.look_at(&columns.map_err(wrong)?)?;

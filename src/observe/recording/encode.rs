@@ -25,8 +25,7 @@ use rerun::{
 
 use super::live::Live;
 use crate::core::observer::Setting;
-use crate::observe::carried::this;
-use crate::observe::viewer::Error;
+use crate::observe::viewer::{Error, this};
 
 const COMPRESSION: Compression = Compression::LZ4;
 

@@ -3,23 +3,21 @@
 mod curve;
 mod drawing;
 mod heat;
-mod page;
-mod picture;
 
+use std::fmt::Write as _;
 use std::io::Write;
 
+use rerun::TextDocument;
 use rerun::blueprint::components::{ContainerKind, PanelState, VisualBounds2D as VisualBounds};
 use rerun::datatypes::Range2D;
 use rerun::external::re_sdk_types::blueprint::archetypes::{TimePanelBlueprint, VisualBounds2D};
-use rerun::external::uuid::Uuid;
 
-use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, RIGHT, WIDTH};
-use self::picture::Picture;
-use super::blueprint::{FIRST_UUID, Part, Writer};
+use self::drawing::{ABOVE, BELOW, HEIGHT, LEFT, Picture, RIGHT, WIDTH};
+use super::blueprint::Part;
 use super::canvas::Canvas;
 use super::encode::{RrdWriter, fnv1a, named_ids};
-use super::plane::Origin;
-use crate::observe::drawing::Grid;
+use super::plane::PlaneOrigin;
+use crate::observe::drawing::DrawnGrid;
 use crate::observe::viewer::Error;
 
 /// Pairs of keys that are drawn.
@@ -35,12 +33,12 @@ struct Group {
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn write_grid(mut out: impl Write, grid: &Grid) -> Result<(), Error> {
+pub fn write_grid(mut out: impl Write, grid: &DrawnGrid) -> Result<(), Error> {
     let recording = format!("sweep-{:016x}", fnv1a(&grid.content));
     let ids = named_ids("tmam-sweep", &grid.file, recording);
     let file = RrdWriter::new(Some(&mut out), None, ids, 0)?;
-    let mut canvas = Canvas::new(file, 0, Origin::default(), &[]);
-    canvas.put("/about", &page::page(grid))?;
+    let mut canvas = Canvas::new(file, 0, PlaneOrigin::default(), &[]);
+    canvas.put("/about", &page(grid))?;
     let groups = groups(grid);
     let pictures = groups.iter().flat_map(|group| &group.pictures);
     for (place, picture) in pictures.enumerate() {
@@ -57,7 +55,7 @@ fn entity(picture: usize) -> String {
 }
 
 /// What is drawn: of every pair of keys, or of the only one.
-fn groups(grid: &Grid) -> Vec<Group> {
+fn groups(grid: &DrawnGrid) -> Vec<Group> {
     let columns = 0..grid.columns.len();
     if let [axis] = grid.axes.as_slice() {
         return vec![Group {
@@ -84,43 +82,21 @@ fn groups(grid: &Grid) -> Vec<Group> {
     groups
 }
 
-/// Views and containers.
-#[derive(Debug, Clone, Copy)]
-enum Id {
-    Root,
-    Groups,
-    About,
-    Group(usize),
-    Picture(usize),
-}
-
-impl Part for Id {
-    fn uuid(self) -> Uuid {
-        let number = match self {
-            Self::Root => 1,
-            Self::Groups => 2,
-            Self::About => 3,
-            Self::Group(place) => 0x100 + place,
-            Self::Picture(place) => 0x1000 + place,
-        };
-        Uuid::from_u128(FIRST_UUID | 1 << 32 | number as u128)
-    }
-
-    fn is_container(self) -> bool {
-        !matches!(self, Self::About | Self::Picture(_))
-    }
-}
+// Views and containers.
+const GRID: u128 = 1 << 32;
+const ROOT: Part = Part::container(GRID | 1);
+const GROUPS: Part = Part::container(GRID | 2);
+const ABOUT: Part = Part::view(GRID | 3);
 
 /// Writes the blueprint.
-fn put_layout(groups: &[Group], canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    let mut w = Writer::new(canvas);
-    w.view(Id::About, "TextDocument", "Best cells", &["+ /about"])?;
+fn put_layout(groups: &[Group], w: &mut Canvas<'_>) -> Result<(), Error> {
+    w.view(ABOUT, "TextDocument", "Best cells", &["+ /about"])?;
     let mut pictures = 0..;
     let mut tabs = Vec::new();
     for (place, group) in groups.iter().enumerate() {
         let mut views = Vec::new();
         for (picture, next) in group.pictures.iter().zip(&mut pictures) {
-            let id = Id::Picture(next);
+            let id = Part::view(GRID | (0x1000 + next as u128));
             let query = format!("+ {}/**", entity(next));
             w.view(id, "2D", &picture.title, &[&query])?;
             let bounds = VisualBounds2D::new(VisualBounds(Range2D {
@@ -130,18 +106,85 @@ fn put_layout(groups: &[Group], canvas: &mut Canvas<'_>) -> Result<(), Error> {
             w.property(id, "VisualBounds2D", &bounds)?;
             views.push(id);
         }
-        let id = Id::Group(place);
+        let id = Part::container(GRID | (0x100 + place as u128));
         w.container(id, ContainerKind::Grid, &views, &[])?;
         w.name(id, &group.name)?;
         tabs.push(id);
     }
-    w.container(Id::Groups, ContainerKind::Tabs, &tabs, &[])?;
-    let columns = [Id::Groups, Id::About];
-    w.container(Id::Root, ContainerKind::Horizontal, &columns, &[1.6, 1.0])?;
-    w.window(Id::Root)?;
+    w.container(GROUPS, ContainerKind::Tabs, &tabs, &[])?;
+    let columns = [GROUPS, ABOUT];
+    w.container(ROOT, ContainerKind::Horizontal, &columns, &[1.6, 1.0])?;
+    w.window(ROOT)?;
     let hidden = TimePanelBlueprint::new().with_state(PanelState::Hidden);
-    w.put("time_panel", &hidden)
+    w.part("time_panel", &hidden)
 }
+
+/// Cells in the table.
+const ROWS: usize = 20;
+/// Width of the table in characters, each column with a gap behind it: more would be cut.
+const TABLE_WIDTH: usize = 72;
+const GAP: usize = 2;
+
+/// The page beside the pictures: the best cells, what follows, and how to read it.
+fn page(grid: &DrawnGrid) -> TextDocument {
+    let failed = grid.cells.iter().filter(|cell| cell.numbers.is_none());
+    let failed = match failed.count() {
+        0 => String::new(),
+        n => format!("; {n} could not be replayed"),
+    };
+    TextDocument::from_markdown(format!(
+        "# Sweep of {}\n\n{}\n{}\n{} of {} cells, the best first, {}{failed}. `--csv` has all of them with every \
+         column.\n\n{HOW_TO_READ}",
+        grid.file,
+        grid.conclusion,
+        table(grid),
+        grid.cells.len().min(ROWS),
+        grid.cells.len(),
+        grid.ranked_by,
+    ))
+}
+
+/// The best cells, in as many columns as have room: first the keys, then what cells are ranked by.
+fn table(grid: &DrawnGrid) -> String {
+    // A name with a bar would end its column.
+    let keys = grid.axes.iter().map(|axis| axis.heading.replace('|', "/"));
+    let heads = keys.chain(grid.columns.iter().map(|column| column.heading.clone()));
+    let mut rows = vec![heads.collect::<Vec<String>>()];
+    for cell in grid.cells.iter().take(ROWS) {
+        let Some(numbers) = &cell.numbers else { break };
+        let values = grid.axes.iter().zip(&cell.places);
+        let values = values.filter_map(|(axis, place)| axis.values.get(*place));
+        let values = values.map(ToString::to_string);
+        let numbers = grid.columns.iter().zip(numbers);
+        let numbers = numbers.map(|(column, number)| column.text(*number));
+        rows.push(values.chain(numbers).collect());
+    }
+    let fitting = fitting(&rows);
+    let mut text = String::new();
+    for (place, row) in rows.iter().enumerate() {
+        let cells = row.get(..fitting).unwrap_or(row);
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+        if place == 0 {
+            let _ = writeln!(text, "|{}", " ---: |".repeat(cells.len()));
+        }
+    }
+    text
+}
+
+/// How many columns have room; one at least.
+fn fitting(rows: &[Vec<String>]) -> usize {
+    let count = rows.first().map_or(0, Vec::len);
+    let mut taken = 0;
+    let fits = |column: &usize| {
+        let cells = rows.iter().filter_map(|row| row.get(*column));
+        taken += GAP + cells.map(|text| text.chars().count()).max().unwrap_or(0);
+        taken <= TABLE_WIDTH
+    };
+    (0..count).take_while(fits).count().max(1)
+}
+
+const HOW_TO_READ: &str = include_str!("grid/page.md");
 
 #[cfg(test)]
 mod tests;

@@ -19,23 +19,25 @@ const LONGEST_WAIT: usize = 256;
 
 /// What one sonar gave one frame.
 #[derive(Debug, Clone)]
-pub struct Cell {
+pub struct HeldCell {
     pub sonar: SonarId,
     /// `None` where nothing echoed.
     pub arc: Option<Arc>,
     /// Once it has its label.
     pub report: Option<ArcReport>,
+    /// Then, too: the arc between its neighbours, where the three make a triple.
+    pub triple: Option<[Arc; 3]>,
 }
 
 /// A frame that waits for its labels.
 #[derive(Debug, Clone)]
-pub struct Held {
+pub struct HeldFrame {
     pub moment: Moment,
     /// What the sonars gave, sorted by sonar.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<HeldCell>,
 }
 
-impl Held {
+impl HeldFrame {
     /// The cells of a frame, still undecided.
     pub fn new(moment: Moment, frame: &Frame, step: &Step) -> Self {
         let arc_of = |sonar| step.arcs.iter().find(|arc| arc.id.sonar == sonar).copied();
@@ -43,7 +45,7 @@ impl Held {
         Self {
             moment,
             cells: sonars
-                .map(|sonar| Cell::new(sonar, arc_of(sonar)))
+                .map(|sonar| HeldCell::new(sonar, arc_of(sonar)))
                 .collect(),
         }
     }
@@ -52,7 +54,7 @@ impl Held {
     pub fn blank(moment: Moment, sonars: impl Iterator<Item = SonarId>) -> Self {
         Self {
             moment,
-            cells: sonars.map(|sonar| Cell::new(sonar, None)).collect(),
+            cells: sonars.map(|sonar| HeldCell::new(sonar, None)).collect(),
         }
     }
 
@@ -62,12 +64,13 @@ impl Held {
     }
 }
 
-impl Cell {
+impl HeldCell {
     fn new(sonar: SonarId, arc: Option<Arc>) -> Self {
         Self {
             sonar,
             arc,
             report: None,
+            triple: None,
         }
     }
 }
@@ -75,14 +78,14 @@ impl Cell {
 /// The frames that wait.
 #[derive(Debug, Default)]
 pub struct Hold {
-    queue: VecDeque<Held>,
+    queue: VecDeque<HeldFrame>,
     // Frames that stepped out of the queue, with late moments.
-    late: Vec<Held>,
+    late: Vec<HeldFrame>,
 }
 
 impl Hold {
     /// Adds the newest frame.
-    pub fn push(&mut self, held: Held) {
+    pub fn push(&mut self, held: HeldFrame) {
         self.queue.push_back(held);
         while self.queue.len() > LONGEST_WAIT
             && let Some(mut front) = self.queue.pop_front_if(|front| !front.is_decided())
@@ -93,7 +96,7 @@ impl Hold {
     }
 
     /// Hands a label to the frame of its arc, if that is held.
-    pub fn decide(&mut self, report: &ArcReport) {
+    pub fn decide(&mut self, report: &ArcReport, triple: Option<[Arc; 3]>) {
         let frame = i64::from(report.arc.id.frame);
         let at = self.queue.partition_point(|held| held.moment.frame < frame);
         let queued = self.queue.get_mut(at).into_iter();
@@ -103,19 +106,20 @@ impl Hold {
         let cell = cells.find(|cell| cell.sonar == report.arc.id.sonar && cell.arc.is_some());
         if let Some(cell) = cell {
             cell.report = Some(report.clone());
+            cell.triple = triple;
         }
     }
 
     /// Takes a frame that is decided, if there is one.
-    pub fn pop(&mut self) -> Option<Held> {
-        match self.late.iter().position(Held::is_decided) {
+    pub fn pop(&mut self) -> Option<HeldFrame> {
+        match self.late.iter().position(HeldFrame::is_decided) {
             Some(at) => Some(self.late.remove(at)),
             None => self.queue.pop_front_if(|front| front.is_decided()),
         }
     }
 
     /// Takes the oldest frame, decided or not.
-    pub fn drain(&mut self) -> Option<Held> {
+    pub fn drain(&mut self) -> Option<HeldFrame> {
         if self.late.is_empty() {
             self.queue.pop_front()
         } else {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rerun::Color;
 
-use super::canvas::{Canvas, Mark, Moment, Row, Strip};
+use super::canvas::{Canvas, Mark, Moment, Shown, Strip};
 use super::entity::Entity;
 use super::style;
 use crate::core::geometry::{Vec2, unit};
@@ -21,11 +21,11 @@ const PAGE: u32 = 16;
 
 /// The map so far.
 #[derive(Default)]
-pub struct Map {
+pub struct DrawnMap {
     features: BTreeMap<u32, MapFeature>,
 }
 
-impl Map {
+impl DrawnMap {
     /// Takes in what a step changed in the map, and draws the map after it.
     pub fn draw(&mut self, at: Moment, step: &Step, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         // The kinds of feature that changed, by page.
@@ -72,42 +72,41 @@ impl Map {
             let page = self.features.range(first..=first.saturating_add(PAGE - 1));
             page.map(|(_, feature)| feature)
         };
+        let of_lines = features().filter_map(|feature| match &feature.shape {
+            Shape::Line(line) => {
+                let ends = line.ends().map(|end| origin.xy(end)).to_vec();
+                Some(mark(ends, feature, style::WALL))
+            }
+            Shape::Point(_) => None,
+        });
+        let of_points = features().filter_map(|feature| match &feature.shape {
+            Shape::Point(point) => Some(mark(origin.xy(point.position), feature, style::CORNER)),
+            Shape::Line(_) => None,
+        });
         if walls {
-            let walls = features().filter_map(|feature| match &feature.shape {
-                Shape::Line(line) => {
-                    let ends = line.ends().map(|end| origin.xy(end)).to_vec();
-                    Some(mark(ends, feature, style::WALL))
-                }
-                Shape::Point(_) => None,
-            });
-            canvas.row(Entity::MapLines(page), at, Row::Strips(walls.collect()))?;
+            canvas.row(
+                Entity::MapLines(page),
+                at,
+                Shown::Strips(of_lines.collect()),
+            )?;
         }
         if corners {
-            let corners = features().filter_map(|feature| match &feature.shape {
-                Shape::Point(point) => {
-                    Some(mark(origin.xy(point.position), feature, style::CORNER))
-                }
-                Shape::Line(_) => None,
-            });
-            canvas.row(Entity::MapPoints(page), at, Row::Dots(corners.collect()))?;
+            canvas.row(
+                Entity::MapPoints(page),
+                at,
+                Shown::Dots(of_points.collect()),
+            )?;
         }
         let outlines = features().map(|feature| {
             let outline = match &feature.shape {
                 Shape::Line(segment) => band(segment),
                 Shape::Point(point) => ellipse(point),
             };
-            Strip::from(
-                outline
-                    .into_iter()
-                    .map(|at| origin.xy(at))
-                    .collect::<Vec<_>>(),
-            )
+            let outline = outline.into_iter().map(|at| origin.xy(at));
+            Strip::from(outline.collect::<Vec<_>>())
         });
-        canvas.row(
-            Entity::MapCovariance(page),
-            at,
-            Row::Strips(outlines.collect()),
-        )
+        let outlines = Shown::Strips(outlines.collect());
+        canvas.row(Entity::MapCovariance(page), at, outlines)
     }
 
     /// How many confirmed lines, confirmed points and tentative features the map has.
@@ -155,19 +154,15 @@ fn band(segment: &Segment) -> Vec<Vec2> {
     const STEPS: u32 = 4;
     let normal = unit(segment.theta);
     let tangent = Vec2::new(-normal.y, normal.x);
-    let (rr, rt, tt) = (
-        segment.covariance.m11,
-        segment.covariance.m12,
-        segment.covariance.m22,
-    );
+    let covariance = &segment.covariance;
+    let (rr, rt, tt) = (covariance.m11, covariance.m12, covariance.m22);
     let offset = |at: Vec2| {
         let s = at.dot(&tangent);
         SIGMAS * (rr - 2.0 * s * rt + s * s * tt).max(0.0).sqrt()
     };
-    let stations: Vec<Vec2> = (0..=STEPS)
-        .map(|i| f64::from(i) / f64::from(STEPS) * 2.0 - 1.0)
-        .map(|t| segment.mid + tangent * (t * segment.half_length))
-        .collect();
+    let shares = (0..=STEPS).map(|i| f64::from(i) / f64::from(STEPS) * 2.0 - 1.0);
+    let stations = shares.map(|t| segment.mid + tangent * (t * segment.half_length));
+    let stations: Vec<Vec2> = stations.collect();
     let near = stations.iter().map(|at| at + normal * offset(*at));
     let far = stations.iter().rev().map(|at| at - normal * offset(*at));
     let mut outline: Vec<Vec2> = near.chain(far).collect();
@@ -178,11 +173,8 @@ fn band(segment: &Segment) -> Vec<Vec2> {
 /// The ellipse at [`SIGMAS`] around a point, closed.
 pub fn ellipse(point: &Point) -> Vec<Vec2> {
     const STEPS: u32 = 24;
-    let (a, b, d) = (
-        point.covariance.m11,
-        point.covariance.m12,
-        point.covariance.m22,
-    );
+    let covariance = &point.covariance;
+    let (a, b, d) = (covariance.m11, covariance.m12, covariance.m22);
     // The lower triangular root of the covariance takes the unit circle to the ellipse.
     let l11 = a.max(0.0).sqrt();
     let l21 = if l11 > 0.0 { b / l11 } else { 0.0 };

@@ -3,26 +3,15 @@
 use rerun::components::TextLogLevel;
 use rerun::{Color, LineStrips2D, Points2D, TextDocument};
 
-use super::canvas::{Canvas, Dot, Moment, Row, Strip};
+use super::canvas::{Canvas, Dot, Moment, Shown, Strip};
 use super::entity::{Entity, Look, Paint};
 use super::style;
 use crate::core::tmam::arc::Arc;
-use crate::observe::drawing::{Overlay, Sketched, Truth};
+use crate::observe::drawing::{DrawnTruth, Overlay, Sketched};
 use crate::observe::viewer::Error;
 
 /// With more names than this on the map, none could be read.
 const MOST_NAMES: usize = 16;
-
-/// A kind of sketches that are there all the time: where they are, and how they look.
-struct Layer<'a> {
-    sketched: &'a [Sketched],
-    /// Of lines, and of points.
-    paths: [&'static str; 2],
-    radii: [f32; 2],
-    color: Color,
-    order: f32,
-    named: bool,
-}
 
 /// Draws what holds at all times, and says in the event log what is to be said there.
 pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
@@ -32,21 +21,33 @@ pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     if *overlay == Overlay::default() {
         return Ok(());
     }
-    let [golden, before, now] = [&overlay.golden, &overlay.before, &overlay.now];
-    let paths = ["/world/golden/lines", "/world/golden/points"];
-    Layer::new(paths, golden, [4.5, 6.5], style::GOLDEN, 3.5).put(canvas)?;
-    let paths = [
-        "/world/differences/before/lines",
-        "/world/differences/before/points",
-    ];
-    let layer = Layer::new(paths, before, [4.0, 6.0], style::BEFORE, 8.3);
-    layer.named().put(canvas)?;
-    let paths = [
-        "/world/differences/now/lines",
-        "/world/differences/now/points",
-    ];
-    let layer = Layer::new(paths, now, [3.0, 5.0], style::NOW, 8.6);
-    layer.named().put(canvas)?;
+    let at = "/world/golden";
+    let look = (style::GOLDEN, 3.5, false);
+    put_layer(
+        [at, "lines", "points"],
+        &overlay.golden,
+        [4.5, 6.5],
+        look,
+        canvas,
+    )?;
+    let at = "/world/differences/before";
+    let look = (style::BEFORE, 8.3, true);
+    put_layer(
+        [at, "lines", "points"],
+        &overlay.before,
+        [4.0, 6.0],
+        look,
+        canvas,
+    )?;
+    let at = "/world/differences/now";
+    let look = (style::NOW, 8.6, true);
+    put_layer(
+        [at, "lines", "points"],
+        &overlay.now,
+        [3.0, 5.0],
+        look,
+        canvas,
+    )?;
     canvas.put_look(Entity::ChangedLabels)?;
     for (frame, stamp_ns, text) in &overlay.notes {
         let at = Moment::new(*frame, *stamp_ns);
@@ -55,14 +56,15 @@ pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     canvas.flush()
 }
 
-fn put_truth(truth: &Truth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+fn put_truth(truth: &DrawnTruth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let page = TextDocument::from_markdown(truth.page.as_str());
     canvas.put("/evaluation", &page)?;
-    let radii = [6.0, 9.0];
-    let paths = ["/world/truth/walls", "/world/truth/points"];
-    Layer::new(paths, &truth.real, radii, style::TRUTH, 0.2).put(canvas)?;
-    let paths = ["/world/truth/missed_walls", "/world/truth/missed_points"];
-    Layer::new(paths, &truth.missed, radii, style::REJECTED, 0.4).put(canvas)?;
+    let (at, radii) = ("/world/truth", [6.0, 9.0]);
+    let look = (style::TRUTH, 0.2, false);
+    put_layer([at, "walls", "points"], &truth.real, radii, look, canvas)?;
+    let look = (style::REJECTED, 0.4, false);
+    let path = [at, "missed_walls", "missed_points"];
+    put_layer(path, &truth.missed, radii, look, canvas)?;
     for entity in [
         Entity::WrongLabels,
         Entity::Errors,
@@ -101,7 +103,7 @@ pub fn mark(
         let name = format!("{sonar}: {what}");
         marks.push(Strip::named(canvas.origin.sweep(arc), name));
     }
-    canvas.row(entity, at, Row::Strips(marks))
+    canvas.row(entity, at, Shown::Strips(marks))
 }
 
 /// Draws what is wrong with the final map.
@@ -116,55 +118,35 @@ pub fn finish(overlay: &Overlay, at: Moment, canvas: &mut Canvas<'_>) -> Result<
             let ends = one.ends.map(|end| origin.xy(end));
             Strip::named(ends.to_vec(), one.name.clone())
         };
-        Row::Strips(lines.map(strip).collect())
+        Shown::Strips(lines.map(strip).collect())
     };
     let points = truth.spurious.iter().filter(|one| one.is_point);
     let points = points.map(|one| Dot::named(origin.xy(one.ends[0]), one.name.clone()));
-    let points = Row::Dots(points.collect());
+    let points = Shown::Dots(points.collect());
     canvas.row(Entity::Errors, at, lines(&truth.errors))?;
     canvas.row(Entity::SpuriousLines, at, lines(&truth.spurious))?;
     canvas.row(Entity::SpuriousPoints, at, points)
 }
 
-impl<'a> Layer<'a> {
-    fn new(
-        paths: [&'static str; 2],
-        sketched: &'a [Sketched],
-        radii: [f32; 2],
-        color: Color,
-        order: f32,
-    ) -> Self {
-        Self {
-            sketched,
-            paths,
-            radii,
-            color,
-            order,
-            named: false,
-        }
-    }
-
-    /// The same with names, if they are few enough.
-    fn named(self) -> Self {
-        let named = self.sketched.len() <= MOST_NAMES;
-        Self { named, ..self }
-    }
-
-    fn put(&self, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-        let origin = canvas.origin;
-        let of = |points: bool| {
-            let all = self.sketched.iter();
-            all.filter(move |one| one.is_point == points)
-        };
-        let names = |points: bool| of(points).map(|one| one.name.as_str());
-        let ([lines, points], paint) = (self.radii, Paint::All(self.color));
-        let look = Look::strips(lines, paint, self.order).shown(self.named);
-        let ends = of(false).map(|one| one.ends.map(|end| origin.xy(end)));
-        let strips = LineStrips2D::new(ends).with_labels(names(false));
-        canvas.put(self.paths[0], &look.of_strips(strips))?;
-        let look = Look::dots(points, paint, self.order).shown(self.named);
-        let places = of(true).map(|one| origin.xy(one.ends[0]));
-        let dots = Points2D::new(places).with_labels(names(true));
-        canvas.put(self.paths[1], &look.of_dots(dots))
-    }
+/// Sketches that are there all the time, lines and points below an entity: how large they are, their colour
+/// and order, and whether they have names where these are few enough.
+fn put_layer(
+    [at, lines, points]: [&str; 3],
+    sketched: &[Sketched],
+    radii: [f32; 2],
+    (color, order, named): (Color, f32, bool),
+    canvas: &mut Canvas<'_>,
+) -> Result<(), Error> {
+    let (origin, paint) = (canvas.origin, Paint::All(color));
+    let named = named && sketched.len() <= MOST_NAMES;
+    let of = |points: bool| sketched.iter().filter(move |one| one.is_point == points);
+    let names = |points: bool| of(points).map(|one| one.name.as_str());
+    let look = Look::strips(radii[0], paint, order).shown(named);
+    let ends = of(false).map(|one| one.ends.map(|end| origin.xy(end)));
+    let strips = LineStrips2D::new(ends).with_labels(names(false));
+    canvas.put(format!("{at}/{lines}"), &look.of_strips(strips))?;
+    let look = Look::dots(radii[1], paint, order).shown(named);
+    let places = of(true).map(|one| origin.xy(one.ends[0]));
+    let dots = Points2D::new(places).with_labels(names(true));
+    canvas.put(format!("{at}/{points}"), &look.of_dots(dots))
 }

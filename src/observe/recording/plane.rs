@@ -18,18 +18,18 @@ const ARC_STEP: f64 = 0.06;
 
 /// Where the recording's origin is in the world, metres.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Origin(Vec2);
+pub struct PlaneOrigin(Vec2);
 
-impl Origin {
+impl PlaneOrigin {
     /// For a robot that starts at `start`: the world's own origin if that is near, or else the
     /// start to the metre.
     pub fn of(start: Vec2) -> Self {
         let is_far = start.norm() > FAR && start.amax() < FARTHEST;
-        Self(if is_far {
-            start.map(libm::rint)
+        if is_far {
+            Self(start.map(libm::rint))
         } else {
-            Vec2::zeros()
-        })
+            Self::default()
+        }
     }
 
     /// Where it is in the world, unless it is the world's.
@@ -79,12 +79,13 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    fn new(min: Vec2, max: Vec2) -> Self {
+        Self { min, max }
+    }
+
     /// The same in a recording with such an origin.
-    pub fn seen_from(self, origin: Origin) -> Self {
-        Self {
-            min: origin.local(self.min),
-            max: origin.local(self.max),
-        }
+    pub fn seen_from(self, origin: PlaneOrigin) -> Self {
+        Self::new(origin.local(self.min), origin.local(self.max))
     }
 }
 
@@ -118,23 +119,13 @@ impl Extent {
 
     /// The box to show, with a margin.
     pub fn bounds(&self) -> Bounds {
-        let mut boxes = [self.path.bounds(ROBOT), self.echoes.bounds(0.0)]
-            .into_iter()
-            .flatten();
-        let first = boxes.next().unwrap_or(Bounds {
-            min: Vec2::zeros(),
-            max: Vec2::zeros(),
-        });
-        let bounds = boxes.fold(first, |a, b| Bounds {
-            min: a.min.inf(&b.min),
-            max: a.max.sup(&b.max),
-        });
+        let boxes = [self.path.bounds(ROBOT), self.echoes.bounds(0.0)];
+        let boxes = boxes.into_iter().flatten();
+        let both = boxes.reduce(|a, b| Bounds::new(a.min.inf(&b.min), a.max.sup(&b.max)));
+        let bounds = both.unwrap_or(Bounds::new(Vec2::zeros(), Vec2::zeros()));
         let middle = (bounds.min + bounds.max) / 2.0;
         let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.1 * h).max(LEAST));
-        Bounds {
-            min: middle - half,
-            max: middle + half,
-        }
+        Bounds::new(middle - half, middle + half)
     }
 }
 
@@ -153,11 +144,11 @@ impl Histogram {
     fn bounds(&self, margin: f64) -> Option<Bounds> {
         let [xs, ys] = &self.cells;
         let ((x0, x1), (y0, y1)) = (self.span(xs)?, self.span(ys)?);
-        let margin = Vec2::repeat(margin);
-        Some(Bounds {
-            min: Vec2::new(x0, y0) - margin,
-            max: Vec2::new(x1, y1) + margin,
-        })
+        let (low, high) = (Vec2::new(x0, y0), Vec2::new(x1, y1));
+        Some(Bounds::new(
+            low.add_scalar(-margin),
+            high.add_scalar(margin),
+        ))
     }
 
     fn span(&self, cells: &BTreeMap<i64, u64>) -> Option<(f64, f64)> {
@@ -238,13 +229,13 @@ mod tests {
 
     #[test]
     fn millimetres_are_drawn_wherever_the_robot_starts() {
-        let near = Origin::of(Vec2::new(3.0, -4.0));
+        let near = PlaneOrigin::of(Vec2::new(3.0, -4.0));
         assert_eq!(
             (near.shift(), near.xy(Vec2::new(1.5, 2.0))),
             (None, [1.5, 2.0])
         );
         let start = Vec2::new(691_234.567, 5_334_321.002);
-        let far = Origin::of(start);
+        let far = PlaneOrigin::of(start);
         assert_eq!(far.shift(), Some(Vec2::new(691_235.0, 5_334_321.0)));
         let [x, y] = far.xy(start + Vec2::new(0.001, 0.0));
         assert!(
@@ -256,7 +247,7 @@ mod tests {
     #[test]
     fn a_start_that_is_no_place_changes_nothing() {
         for x in [f64::NAN, f64::INFINITY, 1e300] {
-            assert_eq!(Origin::of(Vec2::new(x, 0.0)).shift(), None, "{x}");
+            assert_eq!(PlaneOrigin::of(Vec2::new(x, 0.0)).shift(), None, "{x}");
         }
     }
 }

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use rerun::components::{MarkerShape, Name};
 use rerun::{Color, SeriesLines, SeriesPoints, StateConfiguration};
 
-use super::canvas::{Canvas, Moment, Row};
+use super::canvas::{Canvas, Moment, Shown};
 use super::entity::Entity;
-use super::hold::{Cell, Held};
+use super::hold::{HeldCell, HeldFrame};
 use super::style::{self, LABELS};
 use crate::core::event::SonarId;
 use crate::core::tmam::triple::TripleTest;
@@ -42,19 +42,19 @@ const DOTS: [(Entity, &str, f64, Color); 3] = [
 ];
 
 /// Plots a decided frame.
-pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+pub fn draw(held: &HeldFrame, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let sonars = canvas.sonars.len();
     for (entity, pick) in PLOTS {
-        let number = |cell: &Cell| Some(pick(cell.report.as_ref()?.triple.as_ref()?));
+        let number = |cell: &HeldCell| Some(pick(cell.report.as_ref()?.triple.as_ref()?));
         canvas.row(entity, held.moment, by_sonar(held, sonars, number))?;
     }
     for cell in &held.cells {
         let label = (cell.report.as_ref()).map(|report| style::name(report.label));
-        let label = Row::Labels(label.into_iter().collect());
+        let label = Shown::Labels(label.into_iter().collect());
         canvas.row(Entity::Labels(cell.sonar), held.moment, label)?;
     }
     for (entity, label, above, _) in DOTS {
-        let place = |cell: &Cell| {
+        let place = |cell: &HeldCell| {
             let same = (cell.report.as_ref()).is_some_and(|r| r.label.name() == label);
             same.then_some(cell.sonar.index() as f64 + above)
         };
@@ -64,14 +64,14 @@ pub fn draw(held: &Held, canvas: &mut Canvas<'_>) -> Result<(), Error> {
 }
 
 /// One number per sonar; NaN, which plots as a gap, where the frame has none of it.
-fn by_sonar(held: &Held, sonars: usize, pick: impl Fn(&Cell) -> Option<f64>) -> Row {
+fn by_sonar(held: &HeldFrame, sonars: usize, pick: impl Fn(&HeldCell) -> Option<f64>) -> Shown {
     let mut row = vec![f64::NAN; sonars];
     for cell in &held.cells {
         if let (Some(slot), Some(number)) = (row.get_mut(cell.sonar.index()), pick(cell)) {
             *slot = number;
         }
     }
-    Row::Numbers(row)
+    Shown::Numbers(row)
 }
 
 /// Infinite where the beams have nothing in common: a gap in the plot.
@@ -137,15 +137,15 @@ pub fn put_last(
 ) -> Result<(), Error> {
     for (entity, bound) in [(Entity::Gamma, limits.gamma), (Entity::Gate, limits.gate)] {
         for end in ends {
-            canvas.row(entity, *end, Row::Numbers(vec![bound]))?;
+            canvas.row(entity, *end, Shown::Numbers(vec![bound]))?;
         }
     }
     canvas.flush()?;
     // Most lanes are grey most of the time: a word there would be noise, a letter is not.
     let look = StateConfiguration::new()
-        .with_values(LABELS.map(style::name))
-        .with_labels(LABELS.map(style::short))
-        .with_colors(LABELS.map(style::shade));
+        .with_values(LABELS.map(|look| style::name(look.label)))
+        .with_labels(LABELS.map(|look| look.short))
+        .with_colors(LABELS.map(|look| look.shade));
     let mut lanes = seen.iter().map(|sonar| Entity::Labels(*sonar));
     lanes.try_for_each(|lane| canvas.put_on(lane, &look))
 }

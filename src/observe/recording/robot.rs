@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use rerun::LineStrips2D;
 
-use super::canvas::{Canvas, Moment, Row, Strip};
+use super::canvas::{Canvas, Moment, Shown, Strip};
 use super::entity::{Entity, ui};
-use super::plane::Origin;
+use super::plane::PlaneOrigin;
 use super::style;
 use crate::core::event::Sonar;
 use crate::core::geometry::{Pose2, Vec2, unit};
@@ -36,22 +36,22 @@ impl Robot {
         let (origin, here) = (canvas.origin, pose.position());
         let local = origin.local(here);
         let place = Pose2::new(local.x, local.y, pose.yaw);
-        canvas.row(Entity::Robot, at, Row::Poses(vec![place]))?;
+        canvas.row(Entity::Robot, at, Shown::Poses(vec![place]))?;
         if !std::mem::replace(&mut self.shown, true) {
             let strokes = outline(&canvas.sonars).into_iter().map(Strip::from);
-            let strokes = Row::Strips(strokes.collect());
+            let strokes = Shown::Strips(strokes.collect());
             canvas.row(Entity::Outline, at, strokes)?;
         }
         let from = self.before.replace(here).unwrap_or(here);
         let leg = Strip::from(vec![origin.xy(from), origin.xy(here)]);
-        canvas.row(Entity::Trajectory, at, Row::Strips(vec![leg]))
+        canvas.row(Entity::Trajectory, at, Shown::Strips(vec![leg]))
     }
 
     /// From this frame on the robot is nowhere, until it is drawn again; its path has a gap there.
     pub fn leave(&mut self, at: Moment, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         self.before = None;
         self.shown = false;
-        canvas.row(Entity::Outline, at, Row::Strips(Vec::new()))
+        canvas.row(Entity::Outline, at, Shown::Strips(Vec::new()))
     }
 }
 
@@ -84,7 +84,7 @@ fn outline(sonars: &[Sonar]) -> Vec<Vec<[f32; 2]>> {
         let from = mount.position();
         vec![from, from + unit(mount.yaw) * (0.35 * radius)]
     });
-    let on_robot = Origin::default();
+    let on_robot = PlaneOrigin::default();
     [circle, arrow]
         .into_iter()
         .chain(ticks)

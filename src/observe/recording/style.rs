@@ -2,7 +2,8 @@
 
 use rerun::{AnnotationContext, ClassDescription, Color, Rgba32};
 
-use crate::core::tmam::label::{Label, Reason};
+use crate::core::tmam::label::Label::{self, Unidentified};
+use crate::core::tmam::label::Reason::{Ambiguous, Gap, Missing, Neither, NoPoints, Turning, Wide};
 
 /// A line: contact arcs, contact points, walls.
 pub const CONTACT: Color = rgb(0x4d, 0xa6, 0xff);
@@ -54,32 +55,45 @@ pub const fn rgb(r: u8, g: u8, b: u8) -> Color {
     Color(Rgba32::from_rgb(r, g, b))
 }
 
+/// How a label is shown.
+#[derive(Debug, Clone, Copy)]
+pub struct LabelLook {
+    pub label: Label,
+    /// The number that stands for it in `class_ids`; 10 and up are the reasons.
+    class: u16,
+    /// What a lane says in little room.
+    pub short: &'static str,
+    /// Its colour on a lane: dark where there was no triple, lighter where its readings did not decide,
+    /// brown where they contradict both.
+    pub shade: Color,
+}
+
+const fn look(label: Label, class: u16, short: &'static str, shade: Color) -> LabelLook {
+    LabelLook {
+        label,
+        class,
+        short,
+        shade,
+    }
+}
+
 /// Every label an arc can have.
-pub const LABELS: [Label; 9] = [
-    Label::Contact,
-    Label::Intersection,
-    Label::Unidentified(Reason::Missing),
-    Label::Unidentified(Reason::Gap),
-    Label::Unidentified(Reason::Turning),
-    Label::Unidentified(Reason::NoPoints),
-    Label::Unidentified(Reason::Wide),
-    Label::Unidentified(Reason::Ambiguous),
-    Label::Unidentified(Reason::Neither),
+pub const LABELS: [LabelLook; 9] = [
+    look(Label::Contact, 1, "contact", CONTACT),
+    look(Label::Intersection, 2, "intersection", INTERSECTION),
+    look(Unidentified(Missing), 10, "m", rgb(0x2e, 0x31, 0x38)),
+    look(Unidentified(Gap), 11, "g", rgb(0x3d, 0x37, 0x48)),
+    look(Unidentified(Turning), 12, "t", rgb(0x2c, 0x44, 0x46)),
+    look(Unidentified(NoPoints), 13, "p", rgb(0x4e, 0x52, 0x5a)),
+    look(Unidentified(Wide), 14, "w", rgb(0x66, 0x6b, 0x75)),
+    look(Unidentified(Ambiguous), 15, "a", rgb(0x80, 0x86, 0x93)),
+    look(Unidentified(Neither), 16, "n", rgb(0x7a, 0x57, 0x4a)),
 ];
 
-/// The number that stands for a label in `class_ids`; 10 and up are the reasons.
+/// The number that stands for a label.
 pub fn class(label: Label) -> u16 {
-    match label {
-        Label::Contact => 1,
-        Label::Intersection => 2,
-        Label::Unidentified(Reason::Missing) => 10,
-        Label::Unidentified(Reason::Gap) => 11,
-        Label::Unidentified(Reason::Turning) => 12,
-        Label::Unidentified(Reason::NoPoints) => 13,
-        Label::Unidentified(Reason::Wide) => 14,
-        Label::Unidentified(Reason::Ambiguous) => 15,
-        Label::Unidentified(Reason::Neither) => 16,
-    }
+    let look = LABELS.iter().find(|look| look.label == label);
+    look.map_or(0, |look| look.class)
 }
 
 /// The colour of a label.
@@ -99,40 +113,11 @@ pub fn name(label: Label) -> String {
     }
 }
 
-/// What a lane says in little room.
-pub fn short(label: Label) -> &'static str {
-    match label {
-        Label::Contact | Label::Intersection => label.name(),
-        Label::Unidentified(Reason::Missing) => "m",
-        Label::Unidentified(Reason::Gap) => "g",
-        Label::Unidentified(Reason::Turning) => "t",
-        Label::Unidentified(Reason::NoPoints) => "p",
-        Label::Unidentified(Reason::Wide) => "w",
-        Label::Unidentified(Reason::Ambiguous) => "a",
-        Label::Unidentified(Reason::Neither) => "n",
-    }
-}
-
-/// The colour of a label on a lane: dark where there was no triple, lighter where its readings did
-/// not decide, brown where they contradict both.
-pub fn shade(label: Label) -> Color {
-    match label {
-        Label::Contact | Label::Intersection => color(label),
-        Label::Unidentified(Reason::Missing) => rgb(0x2e, 0x31, 0x38),
-        Label::Unidentified(Reason::Gap) => rgb(0x3d, 0x37, 0x48),
-        Label::Unidentified(Reason::Turning) => rgb(0x2c, 0x44, 0x46),
-        Label::Unidentified(Reason::NoPoints) => rgb(0x4e, 0x52, 0x5a),
-        Label::Unidentified(Reason::Wide) => rgb(0x66, 0x6b, 0x75),
-        Label::Unidentified(Reason::Ambiguous) => rgb(0x80, 0x86, 0x93),
-        Label::Unidentified(Reason::Neither) => rgb(0x7a, 0x57, 0x4a),
-    }
-}
-
 /// Name and colour of every class.
 pub fn annotations() -> AnnotationContext {
-    AnnotationContext::new(LABELS.map(|label| {
+    AnnotationContext::new(LABELS.map(|LabelLook { label, class, .. }| {
         let name = name(label);
-        ClassDescription::from((class(label), name.as_str(), color(label).0))
+        ClassDescription::from((class, name.as_str(), color(label).0))
     }))
 }
 
@@ -159,17 +144,17 @@ mod tests {
 
     #[test]
     fn every_label_has_its_own_class() {
-        let mut classes = LABELS.map(class).to_vec();
+        let mut classes = LABELS.map(|look| look.class).to_vec();
         classes.dedup();
         assert_eq!(classes.len(), LABELS.len());
     }
 
     #[test]
     fn every_reason_has_its_own_letter_and_shade() {
-        let mut letters = LABELS.map(short).to_vec();
+        let mut letters = LABELS.map(|look| look.short).to_vec();
         letters.sort_unstable();
         letters.dedup();
-        let mut shades = LABELS.map(|label| shade(label).0.to_u32()).to_vec();
+        let mut shades = LABELS.map(|look| look.shade.0.to_u32()).to_vec();
         shades.sort_unstable();
         shades.dedup();
         assert_eq!((letters.len(), shades.len()), (LABELS.len(), LABELS.len()));

@@ -17,6 +17,7 @@ use crate::core::config::Config;
 use crate::core::event::{Sonar, SonarId};
 use crate::core::geometry::Vec2;
 use crate::core::observer::{Setting, Source};
+use crate::core::tmam::Tmam;
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::triple::TripleTest;
 
@@ -120,6 +121,23 @@ fn a_sonar_that_falls_silent_keeps_its_last_label_and_delays_nobody() {
             .collect();
         assert!(frames.is_sorted());
     }
+}
+
+#[test]
+fn every_arc_of_a_run_is_drawn_where_it_closes() {
+    let sonars = ring(16);
+    let frames = drive(&sonars, 300, None);
+    let (bytes, _) = record(&sonars, &frames);
+    let strips = LineStrips2D::descriptor_strips().component;
+    let chunks = &chunks(&bytes, StoreKind::Recording)["/world/features/arcs"];
+    let drawn = chunks.iter().filter(|chunk| !chunk.is_static());
+    let drawn = drawn.flat_map(|chunk| chunk.components().get(strips));
+    let drawn: usize = drawn.map(|column| column.list_array.values().len()).sum();
+    let mut tmam = Tmam::new(&Config::default());
+    let mut steps: Vec<Step> = frames.iter().map(|frame| tmam.step(frame)).collect();
+    steps.push(tmam.finish());
+    let runs = steps.iter().flat_map(|step| &step.extractions);
+    assert_eq!(drawn, runs.map(|run| run.associated.len()).sum::<usize>());
 }
 
 #[test]

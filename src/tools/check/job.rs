@@ -1,21 +1,23 @@
-//! One log and its golden file: held to it, or blessed with it.
+//! One log and its golden file: held to it, or blessed with it, and what is kept of one that differs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::artifacts::{Artifacts, Replayed};
+use super::overlay::overlay;
 use super::report::{CheckError, CheckResult, Compared, Report};
 use crate::core::config::Config;
 use crate::core::legible::inert_line;
 use crate::core::log::Log;
 use crate::core::observer::Kept;
-use crate::core::replay::{Outcome, Replay};
+use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::io::config::file::layered;
 use crate::io::config::render::render;
 use crate::io::log::{itemised, read};
-use crate::io::output::write_whole;
+use crate::io::output::{Output, write_whole};
+use crate::observe::recording::Recording;
+use crate::observe::viewer;
 use crate::tools::golden::{
-    Difference, Golden, GoldenError, LogInfo, RangeSigma, Results, Tolerance, as_recorded, compare,
-    results,
+    Comparison, Difference, Golden, GoldenError, LogInfo, RangeSigma, Results, Tolerance,
+    as_recorded, carried, compare, results,
 };
 
 /// A log and its golden file.
@@ -79,12 +81,8 @@ impl Job {
         if let (Some(artifacts), CheckResult::Differs) = (artifacts, &report.result) {
             let config = golden.config.clone();
             let new = Golden::new(Some(info), config, golden.tolerances, results);
-            let replayed = Replayed {
-                replay,
-                outcome,
-                kept,
-            };
-            match artifacts.write(&self.log, &replayed, &golden, &new, &found) {
+            let replayed = (&replay, &outcome, &kept);
+            match artifacts.write(&self.log, replayed, &golden, &new, &found) {
                 Ok((new, recording)) => {
                     report.artifacts = [new].into_iter().chain(recording.clone()).collect();
                     report.recording = recording;
@@ -104,9 +102,12 @@ impl Job {
             "there is no golden file {}; write it with --bless and commit it",
             self.golden.display()
         )));
+        let config = Config::default();
         let kept = match artifacts {
-            Some(artifacts) => self.first(artifacts),
-            None => read(&self.log, &Config::default())
+            Some(artifacts) => self
+                .new_golden(config, Tolerance::default())
+                .and_then(|golden| artifacts.write_golden(&self.log, &golden).map(Some)),
+            None => read(&self.log, &config)
                 .map(|_| None)
                 .map_err(CheckError::from),
         };
@@ -121,12 +122,6 @@ impl Job {
         report
     }
 
-    /// Keeps the golden file that the log would get with the default configuration.
-    fn first(&self, artifacts: &Artifacts) -> Result<Option<PathBuf>, CheckError> {
-        let golden = self.new_golden(Config::default(), Tolerance::default())?;
-        artifacts.write_golden(&self.log, &golden).map(Some)
-    }
-
     /// Writes or updates the golden file.
     ///
     /// What is given of the configuration and the tolerances stands over what the old file records, and
@@ -135,9 +130,7 @@ impl Job {
         let blessed = self.blessed(layers, tolerances);
         blessed.unwrap_or_else(|error| {
             self.report(match error {
-                CheckError::Nothing(reason) => {
-                    CheckResult::Nothing(format!("not blessed: {reason}"))
-                }
+                CheckError::Nothing(why) => CheckResult::Nothing(format!("not blessed: {why}")),
                 error => error.into(),
             })
         })
@@ -148,14 +141,12 @@ impl Job {
             true => Some(Golden::read(&self.golden)?.0),
             false => None,
         };
-        let (recorded, before) = match &old {
+        let (recorded, before) = match old
+            .as_ref()
+            .map(|old| (&old.log, &old.config, old.tolerances))
+        {
             None => (Config::default(), Tolerance::default()),
-            Some(Golden {
-                log: Some(_),
-                config: Some(config),
-                tolerances,
-                ..
-            }) => (config.clone(), *tolerances),
+            Some((Some(_), Some(config), tolerances)) => (config.clone(), tolerances),
             Some(_) => return Err(self.of_a_test()),
         };
         let tolerances = tolerances.iter().try_fold(before, Tolerance::with)?;
@@ -163,11 +154,8 @@ impl Job {
         let bytes = new.render()?;
         // A new version that finds the same rewrites nothing.
         let same = |old: &Golden| {
-            let written_by = new.written_by.clone();
-            let old = Golden {
-                written_by,
-                ..old.clone()
-            };
+            let mut old = old.clone();
+            old.written_by = new.written_by.clone();
             old.render().is_ok_and(|old| old == bytes)
         };
         if old.as_ref().is_some_and(same) {
@@ -198,12 +186,8 @@ impl Job {
                 log.file
             )));
         }
-        Ok(Golden::new(
-            Some(LogInfo::of(&log)),
-            Some(config),
-            tolerances,
-            results,
-        ))
+        let info = LogInfo::of(&log);
+        Ok(Golden::new(Some(info), Some(config), tolerances, results))
     }
 
     fn of_a_test(&self) -> CheckError {
@@ -228,20 +212,15 @@ impl Job {
 
 /// Only a whole log with echoes is compared.
 fn fit_to_compare(log: &Log, outcome: &Outcome) -> Result<(), CheckError> {
-    if !log.losses.is_empty() {
-        let lost = itemised(&log.losses);
-        let file = &log.file;
-        return Err(CheckError::Nothing(format!(
-            "{file} could not be read whole. Lost:{lost}"
-        )));
-    }
-    if outcome.tally.echoes == 0 {
-        let file = &log.file;
-        return Err(CheckError::Nothing(format!(
-            "not one reading of {file} is an echo"
-        )));
-    }
-    Ok(())
+    let file = &log.file;
+    let lost = itemised(&log.losses);
+    Err(CheckError::Nothing(if !log.losses.is_empty() {
+        format!("{file} could not be read whole. Lost:{lost}")
+    } else if outcome.tally.echoes == 0 {
+        format!("not one reading of {file} is an echo")
+    } else {
+        return Ok(());
+    }))
 }
 
 fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String> {
@@ -264,13 +243,11 @@ fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String
             sigma * 1e3
         ));
     }
-    let labels = golden.results.labels.iter();
-    let unmeasured: Vec<&str> = labels
-        .flat_map(|labels| {
-            let names = labels.sonars.keys().map(String::as_str);
-            names.filter(|name| !labels.measured.contains_key(*name))
-        })
-        .collect();
+    let unmeasured = golden.results.labels.iter().flat_map(|labels| {
+        let names = labels.sonars.keys().map(String::as_str);
+        names.filter(|name| !labels.measured.contains_key(*name))
+    });
+    let unmeasured: Vec<&str> = unmeasured.collect();
     if !unmeasured.is_empty() {
         notes.push(format!(
             "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
@@ -319,4 +296,72 @@ fn settings(config: &Config) -> Vec<String> {
         }
     }
     settings
+}
+
+/// A directory for artefacts.
+#[derive(Debug)]
+pub struct Artifacts {
+    pub directory: PathBuf,
+    /// Record only so many frames about each difference.
+    pub around: Option<u32>,
+}
+
+impl Artifacts {
+    /// Writes the golden file that would make the log pass, and the recording, where this tmam writes
+    /// recordings. What to mark in that is known only at the end of a replay, so all that it brought about
+    /// was kept.
+    ///
+    /// # Errors
+    /// When one of them cannot be written.
+    fn write(
+        &self,
+        log: &Path,
+        (replay, outcome, kept): (&Replay<'_>, &Outcome, &Kept),
+        golden: &Golden,
+        new: &Golden,
+        found: &Comparison,
+    ) -> Result<(PathBuf, Option<PathBuf>), CheckError> {
+        let written = self.write_golden(log, new)?;
+        let (Some(info), true) = (&new.log, viewer::IS_BUILT_IN) else {
+            return Ok((written, None));
+        };
+        let [_, path] = artifacts_of(log, &self.directory);
+        let mut out = Output::create(&path)?;
+        let setting = replay.setting();
+        let over = overlay(golden, &new.results, found, self.around);
+        let mut recording = Recording::new(Some(&mut out), None, setting, over)?;
+        kept.show(&mut recording).map_err(ReplayError::from)?;
+        let carried = carried(&setting, outcome, info)?;
+        recording.close(Some(&carried))?;
+        out.commit()?;
+        Ok((written, Some(path)))
+    }
+
+    /// Writes a golden file that a log could have.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn write_golden(&self, log: &Path, golden: &Golden) -> Result<PathBuf, CheckError> {
+        let [path, _] = artifacts_of(log, &self.directory);
+        write_whole(&path, &golden.render()?)?;
+        Ok(path)
+    }
+
+    /// Takes away what an earlier run left of a log.
+    fn clear(&self, log: &Path) {
+        for path in artifacts_of(log, &self.directory) {
+            // What is not there need not go.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// The files that may be kept of a log: the golden file that it would get, and the recording.
+pub fn artifacts_of(log: &Path, directory: &Path) -> [PathBuf; 2] {
+    let stem = log.file_stem().unwrap_or(log.as_os_str());
+    [".golden.json.new", ".check.rrd"].map(|extension| {
+        let mut name = stem.to_owned();
+        name.push(extension);
+        directory.join(name)
+    })
 }

@@ -75,15 +75,13 @@ fn whole_run(name: &'static str, result: TestResult, notes: &[String]) -> TestSu
 
 fn cases(report: &Report, strict: bool) -> Vec<TestCase> {
     let case = |name, result| TestCase { name, result };
+    let compared = report.compared.as_ref();
     let error = report.result.reason().map(|reason| {
         // Where the comparison is there, what failed came after it.
-        let name = report.compared.as_ref().map_or("replay", |_| "artefacts");
-        case(
-            name,
-            TestResult::Error(report.result.name(), reason.to_owned()),
-        )
+        let name = compared.map_or("replay", |_| "artefacts");
+        let error = TestResult::Error(report.result.name(), reason.to_owned());
+        case(name, error)
     });
-    let compared = report.compared.as_ref();
     let Some(compared) = compared.filter(|_| report.result != CheckResult::Blessed) else {
         return vec![error.unwrap_or_else(|| case("golden file", TestResult::Passed))];
     };
@@ -120,6 +118,9 @@ fn write_suite(xml: &mut Xml, suite: &TestSuite, id: u32) -> io::Result<()> {
         let counted = suite.cases.iter().filter(|case| of(&case.result));
         counted.count().to_string()
     };
+    let failures = count(|result| matches!(result, TestResult::Failed(_)));
+    let errors = count(|result| matches!(result, TestResult::Error(..)));
+    let skipped = count(|result| matches!(result, TestResult::Skipped(_)));
     let element = xml.create_element("testsuite").with_attributes([
         ("name", name.as_str()),
         ("package", "tmam"),
@@ -129,28 +130,17 @@ fn write_suite(xml: &mut Xml, suite: &TestSuite, id: u32) -> io::Result<()> {
         ("hostname", "localhost"),
         ("time", "0"),
         ("tests", count(|_| true).as_str()),
-        (
-            "failures",
-            count(|result| matches!(result, TestResult::Failed(_))).as_str(),
-        ),
-        (
-            "errors",
-            count(|result| matches!(result, TestResult::Error(..))).as_str(),
-        ),
-        (
-            "skipped",
-            count(|result| matches!(result, TestResult::Skipped(_))).as_str(),
-        ),
+        ("failures", failures.as_str()),
+        ("errors", errors.as_str()),
+        ("skipped", skipped.as_str()),
     ]);
     element.write_inner_content(|xml| {
         xml.create_element("properties").write_empty()?;
         for case in &suite.cases {
             write_case(xml, case, &name)?;
         }
-        let notes = suite
-            .notes
-            .iter()
-            .map(|note| clean(&format!("note: {note}")));
+        let notes = suite.notes.iter();
+        let notes = notes.map(|note| clean(&format!("note: {note}")));
         let notes = notes.collect::<Vec<_>>().join("\n");
         let out = xml.create_element("system-out");
         match notes.is_empty() {

@@ -2,10 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-use super::artifacts::{Artifacts, artifacts_of};
-use super::job::Job;
+use super::job::{Artifacts, Job, artifacts_of};
 use super::report::{CheckError, Report};
 use crate::io::output::OutputError;
 use crate::io::outputs::{OutputsError, refuse_collisions};
@@ -79,8 +77,8 @@ impl Suite {
         if !options.layers.is_empty() && !options.bless {
             return Err(CheckError::ParametersWithoutBless);
         }
-        let partition: Option<Partition> =
-            options.partition.as_deref().map(str::parse).transpose()?;
+        let partition = options.partition.as_deref().map(Partition::parse);
+        let partition = partition.transpose()?;
         let ci = std::env::var("CI").is_ok_and(|value| is_set(&value));
         if options.bless && ci && !options.force {
             return Err(CheckError::BlessInCi);
@@ -96,17 +94,14 @@ impl Suite {
         let mut logs = BTreeMap::<PathBuf, PathBuf>::new();
         for log in &options.logs {
             let golden = golden_file(&options.golden, log);
-            let Some(other) = logs.insert(golden.clone(), log.clone()) else {
-                continue;
-            };
-            if same_file(&other, log) {
-                return Err(CheckError::SameLog { log: log.clone() });
+            let (one, other) = (logs.insert(golden.clone(), log.clone()), log.clone());
+            match one {
+                None => {}
+                Some(one) if same_file(&one, log) => {
+                    return Err(CheckError::SameLog { log: other });
+                }
+                Some(one) => return Err(CheckError::SameGolden { one, other, golden }),
             }
-            return Err(CheckError::SameGolden {
-                one: other,
-                other: log.clone(),
-                golden,
-            });
         }
         // Of a suite in parts, all the parts know all the logs, and the first one tells.
         let tells = !options.bless && partition.is_none_or(|part| part.index == 1);
@@ -115,23 +110,21 @@ impl Suite {
         } else {
             Vec::new()
         };
-        let jobs = logs
-            .into_iter()
-            .map(|(golden, log)| Job { log, golden })
-            .collect();
+        let jobs = logs.into_iter().map(|(golden, log)| Job { log, golden });
         let jobs = match partition {
-            Some(partition) => partition.of(jobs),
-            None => jobs,
+            Some(partition) => partition.of(jobs).collect(),
+            None => jobs.collect(),
         };
         if let Some(directory) = &options.artifacts {
             make(directory)?;
         }
-        let artifacts =
-            (options.artifacts.clone()).map(|directory| Artifacts::new(directory, options.around));
         Ok(Self {
+            artifacts: options.artifacts.clone().map(|directory| Artifacts {
+                directory,
+                around: options.around,
+            }),
             options,
             jobs,
-            artifacts,
             notes,
         })
     }
@@ -209,28 +202,22 @@ struct Partition {
     count: usize,
 }
 
-impl FromStr for Partition {
-    type Err = CheckError;
-
-    fn from_str(text: &str) -> Result<Self, CheckError> {
+impl Partition {
+    /// Of `I/N`.
+    fn parse(text: &str) -> Result<Self, CheckError> {
         let part = text.split_once('/').and_then(|(index, count)| {
             let (index, count) = (index.parse().ok()?, count.parse().ok()?);
-            (1..=count)
-                .contains(&index)
-                .then_some(Self { index, count })
+            let within = (1..=count).contains(&index);
+            within.then_some(Self { index, count })
         });
-        part.ok_or_else(|| CheckError::Partition {
-            text: text.to_owned(),
-        })
+        let text = text.to_owned();
+        part.ok_or(CheckError::Partition { text })
     }
-}
 
-impl Partition {
     /// Every `count`-th of a sorted list, beginning with the `index`-th: parts differ by one log at
     /// most, whatever order the logs are named in.
-    fn of<T>(self, sorted: Vec<T>) -> Vec<T> {
-        let chosen = sorted.into_iter().skip(self.index - 1);
-        chosen.step_by(self.count).collect()
+    fn of<T>(self, sorted: impl Iterator<Item = T>) -> impl Iterator<Item = T> {
+        sorted.skip(self.index - 1).step_by(self.count)
     }
 }
 
@@ -240,7 +227,7 @@ mod tests {
 
     #[test]
     fn the_parts_make_the_whole_and_share_nothing() {
-        let parts = (1..=4).flat_map(|i| Partition { index: i, count: 4 }.of((0..10).collect()));
+        let parts = (1..=4).flat_map(|i| Partition { index: i, count: 4 }.of(0..10));
         let mut all: Vec<i32> = parts.collect();
         all.sort_unstable();
         assert_eq!(all, (0..10).collect::<Vec<_>>());
@@ -249,11 +236,11 @@ mod tests {
     #[test]
     fn what_is_no_part_is_refused() {
         assert_eq!(
-            "2/4".parse::<Partition>().unwrap(),
+            Partition::parse("2/4").unwrap(),
             Partition { index: 2, count: 4 }
         );
         for text in ["0/4", "5/4", "1/0", "1", "a/b", "-1/4", ""] {
-            assert!(text.parse::<Partition>().is_err(), "{text}");
+            assert!(Partition::parse(text).is_err(), "{text}");
         }
     }
 }

@@ -7,7 +7,9 @@ use super::text::closing;
 use crate::core::exit::Exit;
 use crate::core::geometry::Vec2;
 use crate::core::legible::{inert_line, legible};
-use crate::tools::golden::{Comparison, Feature, Geometry, SECTIONS, SHOWN, sections};
+use crate::tools::golden::{
+    Comparison, Feature, FeatureDifference, Geometry, SECTIONS, SHOWN, sections,
+};
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
 const MOST_BYTES: usize = 1_000_000;
@@ -47,44 +49,28 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
             "| log | verdict | sonars | map | features | labels | borderline |\n|---|---|--:|--:|--:|--:|--:|\n",
         );
     }
-    let mut rows_left_out = 0_usize;
     // Those that need somebody's eye come first where not all have room.
-    let (bad, good): (Vec<&Report>, Vec<&Report>) =
-        reports.iter().partition(|report| needs_a_look(report));
-    let fits = reports.len().saturating_mul(300) < room;
-    let in_order: Vec<&Report> = if fits {
-        reports.iter().collect()
-    } else {
-        bad.into_iter().chain(good).collect()
+    let mut in_order: Vec<&Report> = reports.iter().collect();
+    if reports.len().saturating_mul(300) >= room {
+        in_order.sort_by_key(|report| !needs_a_look(report));
+    }
+    // Adds what has room; how many have none.
+    let mut add = |part: &dyn Fn(&Report) -> String| {
+        let parts = in_order.iter().map(|report| part(report));
+        let left_out = parts.filter(|part| {
+            let fits = text.len() + part.len() <= room;
+            text.push_str(if fits { part } else { "" });
+            !fits
+        });
+        left_out.count()
     };
-    for report in &in_order {
-        let row = row(report);
-        if text.len() + row.len() > room {
-            rows_left_out += 1;
-        } else {
-            text.push_str(&row);
-        }
-    }
-    let mut details_left_out = 0_usize;
-    for report in &in_order {
-        let mut one = String::new();
-        details(&mut one, report, strict);
-        if text.len() + one.len() > room {
-            details_left_out += 1;
-        } else {
-            text.push_str(&one);
-        }
-    }
-    for (count, what) in [
-        (rows_left_out, "rows of the table"),
-        (details_left_out, "logs' differences"),
-    ] {
-        if count > 0 {
-            let _ = writeln!(
-                text,
-                "\n**Left out for length: {count} {what}.** The JUnit report and `--json` have them all."
-            );
-        }
+    let rows = (add(&row), "rows of the table");
+    let details = (add(&|report| details(report, strict)), "logs' differences");
+    for (count, what) in [rows, details].into_iter().filter(|(count, _)| *count > 0) {
+        let _ = writeln!(
+            text,
+            "\n**Left out for length: {count} {what}.** The JUnit report and `--json` have them all."
+        );
     }
     text
 }
@@ -118,20 +104,18 @@ fn result(report: &Report) -> String {
 fn numbers(report: &Report) -> Option<[usize; 5]> {
     let found = &report.compared.as_ref()?.found;
     let count = |section: &str| {
-        let of_it = found
-            .differences
-            .iter()
-            .filter(|one| one.section() == section);
-        of_it
-            .map(|one| one.labels().map_or(1, |run| run.arcs.len()))
-            .sum::<usize>()
+        let of_it = found.differences.iter();
+        let of_it = of_it.filter(|one| one.section() == section);
+        let counts = of_it.map(|one| one.labels().map_or(1, |run| run.arcs.len()));
+        counts.sum::<usize>()
     };
     let [_, noise, sonars, map, extracted, labels, borderline] = SECTIONS.map(count);
     Some([noise + sonars, map, extracted, labels, borderline])
 }
 
 // Writing to a string cannot fail.
-fn details(text: &mut String, report: &Report, strict: bool) {
+fn details(report: &Report, strict: bool) -> String {
+    let mut text = String::new();
     let compared = report.compared.as_ref();
     let sections = compared.map_or_else(Vec::new, |compared| {
         sections(&compared.found, report.recording.as_deref(), strict)
@@ -139,27 +123,20 @@ fn details(text: &mut String, report: &Report, strict: bool) {
     let nothing =
         sections.is_empty() && report.result.reason().is_none() && report.notes.is_empty();
     if nothing {
-        return;
+        return text;
     }
     let _ = writeln!(text, "\n### {}\n", code(&report.log.display().to_string()));
     if let Some(reason) = report.result.reason() {
-        block(text, reason);
+        block(&mut text, reason);
     }
     for note in &report.notes {
-        block(text, &format!("note: {note}"));
+        block(&mut text, &format!("note: {note}"));
     }
     for section in &sections {
         let _ = writeln!(text, "**{}**\n", section.heading.replace("->", "→"));
         let lines = &section.lines;
-        block(
-            text,
-            &lines
-                .iter()
-                .take(SHOWN)
-                .map(String::as_str)
-                .collect::<Vec<_>>()
-                .join("\n"),
-        );
+        let shown = lines.iter().take(SHOWN).map(String::as_str);
+        block(&mut text, &shown.collect::<Vec<_>>().join("\n"));
         if lines.len() > SHOWN {
             let _ = writeln!(text, "... and {} more\n", lines.len() - SHOWN);
         }
@@ -174,7 +151,7 @@ fn details(text: &mut String, report: &Report, strict: bool) {
                 "<details><summary>The map: <code>.</code> as it was, <code>-</code> moved or missing, \
                  <code>#</code> moved or new</summary>\n"
             );
-            block(text, &map);
+            block(&mut text, &map);
             text.push_str("</details>\n\n");
         }
     }
@@ -182,6 +159,7 @@ fn details(text: &mut String, report: &Report, strict: bool) {
         let name = path.file_name().unwrap_or(path.as_os_str());
         let _ = writeln!(text, "- artefact {}", code(&name.to_string_lossy()));
     }
+    text
 }
 
 /// The golden map in letters, and over it what moved: `.` as it was, `-` what moved or is missing, `#` what
@@ -192,19 +170,17 @@ fn sketch(golden: &[Feature], found: &Comparison) -> String {
     /// Letters are about twice as high as they are wide.
     const ASPECT: f64 = 2.0;
     let is_point = |feature: &Feature| matches!(feature.geometry, Geometry::Point { .. });
+    let moved = |of: &dyn Fn(&FeatureDifference) -> Option<&Feature>, letter| {
+        let drawn = found.elsewhere().filter_map(|one| of(one).map(places));
+        drawn
+            .map(move |places| (places, letter))
+            .collect::<Vec<_>>()
+    };
     let layers: Vec<(Vec<Vec2>, char)> = golden
         .iter()
         .map(|feature| (places(feature), if is_point(feature) { 'o' } else { '.' }))
-        .chain(
-            found
-                .elsewhere()
-                .filter_map(|one| Some((places(one.golden.as_ref()?), '-'))),
-        )
-        .chain(
-            found
-                .elsewhere()
-                .filter_map(|one| Some((places(one.actual.as_ref()?), '#'))),
-        )
+        .chain(moved(&|one| one.golden.as_ref(), '-'))
+        .chain(moved(&|one| one.actual.as_ref(), '#'))
         .collect();
     let all = || layers.iter().flat_map(|(places, _)| places);
     let Some(first) = all().next() else {

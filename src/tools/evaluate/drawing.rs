@@ -28,7 +28,7 @@ pub fn overlay(
     let missed = lines.missed.iter().chain(&dots.missed);
     let missed = missed.map(|missed| missed.reflector);
     let sketched = |reflector| sketched(truth, reflector);
-    let truth = drawing::Truth {
+    let truth = drawing::DrawnTruth {
         page: format!("{HOW_TO_READ}\n```text\n{scores}```\n"),
         world: serde_json::to_string(world).unwrap_or_default(),
         real: walls.chain(points).filter_map(sketched).collect(),

@@ -14,7 +14,7 @@ use crate::core::legible::one_line;
 use crate::core::observer::Setting;
 use crate::core::statistics::share;
 use crate::core::wording::counted;
-use crate::tools::tables::{Column, listed, optional, percent, section};
+use crate::tools::tables::{TableColumn, listed, optional, percent, section};
 
 /// Everything, as text.
 pub fn text(setting: &Setting<'_>, truth: &Truth, evaluation: &Evaluation) -> String {
@@ -240,7 +240,7 @@ fn errors(evaluation: &Evaluation) -> String {
         })
     };
     const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-    let columns: [Column<'_, Row<'_>>; 10] = [
+    let columns: [TableColumn<'_, Row<'_>>; 10] = [
         ("features", &|(name, ..)| name.clone()),
         ("number", &|(_, count, _)| count.to_string()),
         ("rho mm", &|(.., e)| told(e.rho, |s| s.mean, 1e3, 1)),

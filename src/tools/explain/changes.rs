@@ -4,7 +4,7 @@
 use serde::{Serialize, Serializer, ser::SerializeStruct as _};
 
 use super::readings::Obstacle;
-use super::sequences::Given;
+use super::sequences::SonarEntry;
 use crate::core::config::{Config, TestBounds, Triple};
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::Arc;
@@ -75,7 +75,7 @@ impl Serialize for Need {
 
 /// What would give another label.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Change {
+pub struct LabelChange {
     /// The label.
     pub label: &'static str,
     /// Parameters that would all have to change. Empty where none can do it.
@@ -85,7 +85,7 @@ pub struct Change {
     pub impossible: Option<&'static str>,
 }
 
-impl Change {
+impl LabelChange {
     /// As one says it; `monotone` where every value beyond that of a need does it too.
     pub fn text(&self, monotone: bool) -> String {
         if let Some(why) = self.impossible {
@@ -123,7 +123,12 @@ impl Change {
 /// What alpha, beta and gamma would have to be for another label: the conditions of
 /// [`Angles::label`], solved for the parameters. `narrowest` is the narrowest
 /// beam of the replay, radians, which gamma must stay below.
-pub fn by_angles(label: Label, angles: &Angles, bounds: &Triple, narrowest: f64) -> Vec<Change> {
+pub fn by_angles(
+    label: Label,
+    angles: &Angles,
+    bounds: &Triple,
+    narrowest: f64,
+) -> Vec<LabelChange> {
     let (theta_c, theta_i) = (angles.theta_c, angles.theta_i);
     let fits = |need: &Need| match (need.value(), need.key) {
         (Some(degrees), "triple.gamma") => degrees.to_radians() < narrowest,
@@ -164,21 +169,21 @@ pub fn by_angles(label: Label, angles: &Angles, bounds: &Triple, narrowest: f64)
         if of == label {
             let needs = conditions.into_iter().map(|(_, _, fails)| fails);
             let needs = needs.filter(|need| need.value().is_some());
-            lost.extend(needs.map(|need| Change::by("unidentified", vec![need])));
+            lost.extend(needs.map(|need| LabelChange::by("unidentified", vec![need])));
             if lost.is_empty() {
                 let why = "the smaller angle is 0, which passes every bound";
-                lost.push(Change::impossible("unidentified", why));
+                lost.push(LabelChange::impossible("unidentified", why));
             }
             continue;
         }
         let broken = conditions.into_iter().filter(|(holds, ..)| !holds);
         let needs: Vec<Need> = broken.map(|(_, hold, _)| hold).collect();
         gained.push(if !in_order {
-            Change::impossible(of.name(), out_of_order)
+            LabelChange::impossible(of.name(), out_of_order)
         } else if needs.iter().all(fits) {
-            Change::by(of.name(), needs)
+            LabelChange::by(of.name(), needs)
         } else {
-            Change::impossible(of.name(), "gamma cannot be as wide as the beam")
+            LabelChange::impossible(of.name(), "gamma cannot be as wide as the beam")
         });
     }
     gained.extend(lost);
@@ -194,7 +199,7 @@ fn need(key: &'static str, relation: Relation, bound: f64) -> Need {
 }
 
 /// What would make the arc the middle of a triple, and the label that it would have `then`, if any.
-pub fn by_neighbours(obstacles: &[Obstacle], then: Option<&'static str>) -> Vec<Change> {
+pub fn by_neighbours(obstacles: &[Obstacle], then: Option<&'static str>) -> Vec<LabelChange> {
     let mut needs: Vec<Need> = Vec::new();
     for obstacle in obstacles {
         match needs.iter_mut().find(|known| known.key == obstacle.key) {
@@ -204,7 +209,7 @@ pub fn by_neighbours(obstacles: &[Obstacle], then: Option<&'static str>) -> Vec<
     }
     match needs.is_empty() {
         true => Vec::new(),
-        false => vec![Change::by(then.unwrap_or("a triple"), needs)],
+        false => vec![LabelChange::by(then.unwrap_or("a triple"), needs)],
     }
 }
 
@@ -218,7 +223,7 @@ pub struct Windows<'a> {
 
 impl<'a> Windows<'a> {
     /// The windows around the arc at `place` of a sequence.
-    pub fn new(sequence: &[Given<'_>], place: usize, config: &'a Config) -> Self {
+    pub fn new(sequence: &[SonarEntry<'_>], place: usize, config: &'a Config) -> Self {
         let report = |at: usize| sequence.get(at).and_then(|given| given.report);
         let bounds = &config.opinion;
         let continues = |to: usize| {
@@ -239,7 +244,7 @@ impl<'a> Windows<'a> {
 
     /// What `opinion.gate` and `opinion.decisive` would have to be for another label: tried on
     /// either side of every value at which a window changes its mind, nearest first.
-    pub fn changes(&self) -> Vec<Change> {
+    pub fn changes(&self) -> Vec<LabelChange> {
         let (gate, decisive) = (self.bounds.gate, self.bounds.decisive);
         let Some(now) = self.label_with(gate, decisive) else {
             return Vec::new();
@@ -274,9 +279,9 @@ impl<'a> Windows<'a> {
             if name == now.name() {
                 continue;
             } else if found == [None, None] {
-                changes.push(Change::impossible(name, why));
+                changes.push(LabelChange::impossible(name, why));
             }
-            changes.extend(needs.map(|need| Change::by(name, vec![need])));
+            changes.extend(needs.map(|need| LabelChange::by(name, vec![need])));
         }
         changes
     }

@@ -9,7 +9,7 @@ use crate::core::geometry::Vec2;
 use crate::core::replay::Outcome;
 use crate::core::rounding::{number, rounded};
 use crate::core::tmam::arc::{Arc, ArcId};
-use crate::core::tmam::feature::{Action, MapFeature, Rejection, Shape, Status};
+use crate::core::tmam::feature::{MapFeature, Rejection, Shape, Status};
 use crate::core::tmam::hypothesis::Support;
 use crate::core::tmam::label::{Kind, Label};
 use crate::core::tmam::prediction::Prediction;
@@ -55,12 +55,12 @@ pub struct RunStory {
     pub map_id: Option<u32>,
     /// That feature at the end of the run; under another id where it turned out to be the same as
     /// another one.
-    pub in_the_end: Option<Registered>,
+    pub in_the_end: Option<FinalFeature>,
 }
 
 /// A feature of the map, in the end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Registered {
+pub struct FinalFeature {
     pub id: u32,
     pub status: Status,
     /// Runs behind it.
@@ -68,13 +68,13 @@ pub struct Registered {
     /// Readings behind it.
     pub readings: u32,
     #[serde(flatten)]
-    pub place: Place,
+    pub place: FeaturePlace,
 }
 
 /// Where a feature is, metres and radians.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Place {
+pub enum FeaturePlace {
     Line {
         rho: f64,
         theta: f64,
@@ -90,7 +90,7 @@ fn xy(v: Vec2) -> [f64; 2] {
     [rounded(v.x), rounded(v.y)]
 }
 
-impl Registered {
+impl FinalFeature {
     fn new(feature: &MapFeature) -> Self {
         Self {
             id: feature.id,
@@ -98,12 +98,12 @@ impl Registered {
             runs: feature.runs,
             readings: feature.readings,
             place: match &feature.shape {
-                Shape::Line(segment) => Place::Line {
+                Shape::Line(segment) => FeaturePlace::Line {
                     rho: rounded(segment.rho),
                     theta: rounded(segment.theta),
                     ends: segment.ends().map(xy),
                 },
-                Shape::Point(point) => Place::Point {
+                Shape::Point(point) => FeaturePlace::Point {
                     x: rounded(point.position.x),
                     y: rounded(point.position.y),
                 },
@@ -135,11 +135,7 @@ impl RunStory {
     }
 
     fn new(arc: ArcId, extraction: &Extraction, outcome: &Outcome) -> Self {
-        let (action, map_id, reason) = match extraction.action {
-            Action::Registered(id) => ("registered", Some(id), None),
-            Action::Merged(id) => ("merged", Some(id), None),
-            Action::Rejected(reason) => ("rejected", None, Some(reason)),
-        };
+        let map_id = extraction.action.map_id();
         let frame = |arc: Option<&ArcId>| arc.map_or(0, |arc| arc.frame);
         Self {
             feature: extraction.id,
@@ -155,10 +151,10 @@ impl RunStory {
             opinion: extraction.opinion.support,
             chi2_line: extraction.opinion.chi2_line,
             chi2_point: extraction.opinion.chi2_point,
-            action,
-            reason,
+            action: extraction.action.name(),
+            reason: extraction.action.rejection(),
             map_id,
-            in_the_end: map_id.and_then(|id| Registered::in_the_end(id, outcome)),
+            in_the_end: map_id.and_then(|id| FinalFeature::in_the_end(id, outcome)),
         }
     }
 
@@ -193,8 +189,10 @@ impl RunStory {
                 false => "it turned out to be the same as another one; ",
             };
             let at = match feature.place {
-                Place::Line { ends: [a, b], .. } => format!("line {} - {}", place(a), place(b)),
-                Place::Point { x, y } => format!("point {}", place([x, y])),
+                FeaturePlace::Line { ends: [a, b], .. } => {
+                    format!("line {} - {}", place(a), place(b))
+                }
+                FeaturePlace::Point { x, y } => format!("point {}", place([x, y])),
             };
             let _ = writeln!(
                 text,
@@ -334,27 +332,22 @@ pub struct Echoed {
 
 impl Echoed {
     fn new(arc: &Arc, truth: &Truth) -> Self {
-        let target = truth.target(arc);
-        let world = truth.world();
-        let at = match target {
+        let (target, world) = (truth.target(arc), truth.world());
+        let (index, at) = match target {
             Target::Reflector(Reflector::Line(index)) => {
                 let wall = world.walls().get(index);
-                [
-                    wall.map(|wall| xy(wall.start)),
-                    wall.map(|wall| xy(wall.end)),
-                ]
+                let ends = wall.map(|wall| [wall.start, wall.end].map(|end| Some(xy(end))));
+                (Some(index), ends.unwrap_or_default())
             }
             Target::Reflector(Reflector::Point(index)) => {
-                [world.points().get(index).copied().map(xy), None]
+                let point = world.points().get(index);
+                (Some(index), [point.copied().map(xy), None])
             }
-            Target::Other(_) => [None; 2],
+            Target::Other(_) => (None, [None; 2]),
         };
         Self {
             what: target.name(),
-            index: match target {
-                Target::Reflector(reflector) => Some(reflector.index()),
-                Target::Other(_) => None,
-            },
+            index,
             at,
             target,
         }

@@ -1,12 +1,13 @@
 //! Which arc is meant.
 
-use crate::core::event::{Sonar, SonarId};
+use crate::core::event::{Sonar, SonarId, name_of};
 use crate::core::geometry::{Vec2, direction, unit};
 use crate::core::observer::Setting;
 use crate::core::pattern::{PatternError, glob_set};
+use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
 
-use super::sequences::{Given, Sequences};
+use super::sequences::{Sequences, SonarEntry};
 
 /// What names an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +31,7 @@ pub struct Question {
 
 /// The answer: an arc, and how it was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct Answer {
     /// The arc.
     pub arc: Arc,
     /// How far it passes from the place that was asked for, metres.
@@ -49,7 +50,7 @@ impl Question {
         sequences: &Sequences<'_>,
         setting: &Setting<'_>,
         origin_ns: i64,
-    ) -> Result<Vec<Found>, QuestionError> {
+    ) -> Result<Vec<Answer>, QuestionError> {
         let sonars = sonars(&self.sonars, sequences, setting)?;
         let names = || sonars.iter().map(|(_, sonar)| sonar.name.clone()).collect();
         let one_sonar = || match sonars.as_slice() {
@@ -60,28 +61,27 @@ impl Question {
             let of = |arc: &&Arc| sonars.iter().any(|(id, _)| *id == arc.id.sonar);
             sequences.arcs().filter(of)
         };
-        let found = |arc: &Arc, distance, late| Found {
+        let found = |arc: &Arc, distance, late| Answer {
             arc: *arc,
             distance,
             late,
         };
-        let mut answers: Vec<Found> = match self.which {
+        let mut answers: Vec<Answer> = match self.which {
             Which::Frame(frame) => {
                 let (id, sonar) = one_sonar()?;
-                let mut arc = arcs().filter(|arc| arc.id.frame == frame);
-                let arc = arc.next();
+                let arc = arcs().find(|arc| arc.id.frame == frame);
                 let arc = arc.ok_or_else(|| no_arc(sequences, id, sonar, frame))?;
                 vec![found(arc, None, None)]
             }
-            Which::Time(seconds) => {
+            Which::Time(asked) => {
                 one_sonar()?;
-                let from = since(setting.source.start_ns, origin_ns);
-                let to = since(setting.source.end_ns, origin_ns);
+                let from = seconds(origin_ns, setting.source.start_ns);
+                let to = seconds(origin_ns, setting.source.end_ns);
                 // Times are typed to the millisecond at most.
-                if seconds < from - 1e-3 || seconds > to + 1e-3 {
-                    return Err(QuestionError::OutsideTime { seconds, from, to });
+                if asked < from - 1e-3 || asked > to + 1e-3 {
+                    return Err(QuestionError::OutsideTime { asked, from, to });
                 }
-                let late = |arc: &Arc| since(arc.stamp_ns, origin_ns) - seconds;
+                let late = |arc: &Arc| seconds(origin_ns, arc.stamp_ns) - asked;
                 arcs()
                     .map(|arc| found(arc, None, Some(late(arc))))
                     .collect()
@@ -94,32 +94,31 @@ impl Question {
         let best = answers.first();
         let best = *best.ok_or_else(|| QuestionError::NoEcho { sonars: names() })?;
         let reach = arcs().map(|arc| arc.range).fold(0.0, f64::max);
-        match self.which {
-            Which::Place(place) if best.off() > reach => {
-                let id = best.arc.id;
-                let center = best.arc.center();
-                let (low, high) = arcs().fold((center, center), |(low, high), arc| {
-                    (low.inf(&arc.center()), high.sup(&arc.center()))
-                });
-                let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
-                let sonar = sonars.iter().find(|(sonar, _)| *sonar == id.sonar);
-                Err(QuestionError::FarAway {
-                    x: place.x,
-                    y: place.y,
-                    sonar: sonar.map_or_else(String::new, |(_, sonar)| sonar.name.clone()),
-                    frame: id.frame,
-                    distance: best.off(),
-                    reach,
-                    low: typed(low),
-                    high: typed(high),
-                })
-            }
-            _ => Ok(answers),
+        let Which::Place(place) = self.which else {
+            return Ok(answers);
+        };
+        if best.off() <= reach {
+            return Ok(answers);
         }
+        let (id, center) = (best.arc.id, best.arc.center());
+        let (low, high) = arcs().fold((center, center), |(low, high), arc| {
+            (low.inf(&arc.center()), high.sup(&arc.center()))
+        });
+        let typed = |place: Vec2| format!("{:.2},{:.2}", place.x, place.y);
+        Err(QuestionError::FarAway {
+            x: place.x,
+            y: place.y,
+            sonar: name_of(setting.sonars, id.sonar).to_owned(),
+            frame: id.frame,
+            distance: best.off(),
+            reach,
+            low: typed(low),
+            high: typed(high),
+        })
     }
 }
 
-impl Found {
+impl Answer {
     /// How far it is from what was asked for.
     fn off(&self) -> f64 {
         self.distance.or(self.late).map_or(0.0, f64::abs)
@@ -134,11 +133,6 @@ pub fn command(sensor: &str, frame: u32) -> String {
     }
     let sensor = sensor.replace('\'', r"'\''");
     format!("--sensor '{sensor}' --frame {frame}")
-}
-
-/// Seconds from `origin_ns` to a stamp.
-pub fn since(stamp_ns: i64, origin_ns: i64) -> f64 {
-    stamp_ns.saturating_sub(origin_ns) as f64 * 1e-9
 }
 
 /// The sonars with such names that have entries.
@@ -195,7 +189,7 @@ fn no_arc(sequences: &Sequences<'_>, id: SonarId, sonar: &Sonar, frame: u32) -> 
     let after = arcs().find(|given| given.frame > frame);
     let near = match (before, after) {
         (None, None) => "; it gave no echo in the whole replay".to_owned(),
-        (Some(Given { frame, .. }), None) | (None, Some(Given { frame, .. })) => {
+        (Some(SonarEntry { frame, .. }), None) | (None, Some(SonarEntry { frame, .. })) => {
             format!("; its nearest arc is in frame {frame}")
         }
         (Some(before), Some(after)) => {
@@ -257,12 +251,12 @@ pub enum QuestionError {
     },
     /// The log does not last that long.
     #[error(
-        "--time {seconds:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
+        "--time {asked:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
          log's first reading"
     )]
     OutsideTime {
-        /// Asked for.
-        seconds: f64,
+        /// Asked for, seconds.
+        asked: f64,
         /// The replay's first reading.
         from: f64,
         /// Its last one.

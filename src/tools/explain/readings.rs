@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::question::since;
-use super::sequences::Given;
+use super::sequences::SonarEntry;
 use crate::core::config::Config;
 use crate::core::rounding::{number, optional};
+use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::report::Between;
-use crate::tools::tables::{Column, listed};
+use crate::core::tmam::triple::Between;
+use crate::tools::tables::{TableColumn, listed};
 
 /// A reading, placed in the world. SI units and radians.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -40,7 +40,7 @@ impl Reading {
         Self {
             frame: arc.id.frame,
             stamp_ns: arc.stamp_ns,
-            seconds: since(arc.stamp_ns, origin_ns),
+            seconds: seconds(origin_ns, arc.stamp_ns),
             x: arc.world_from_sensor.x,
             y: arc.world_from_sensor.y,
             yaw: arc.world_from_sensor.yaw,
@@ -96,16 +96,15 @@ pub struct Situation {
 
 impl Situation {
     /// How the arc at `place` of a sequence stands.
-    pub fn new(sequence: &[Given<'_>], place: usize, config: &Config, origin_ns: i64) -> Self {
+    pub fn new(sequence: &[SonarEntry<'_>], place: usize, config: &Config, origin_ns: i64) -> Self {
         let [before, this, after] =
             [place.checked_sub(1), Some(place), place.checked_add(1)].map(|at| sequence.get(at?));
-        let neighbour = |given: Option<&Given<'_>>| match given {
-            None => Neighbour::End,
-            Some(given) => match given.report {
-                Some(report) => Neighbour::Echo(Reading::new(&report.arc, origin_ns)),
-                None => Neighbour::NoEcho { frame: given.frame },
-            },
-        };
+        let neighbour =
+            |given: Option<&SonarEntry<'_>>| match given.map(|given| (given.frame, given.report)) {
+                None => Neighbour::End,
+                Some((_, Some(report))) => Neighbour::Echo(Reading::new(&report.arc, origin_ns)),
+                Some((frame, None)) => Neighbour::NoEcho { frame },
+            };
         let report = this.and_then(|given| given.report);
         let conditions = report.map(|report| report.conditions(config));
         let broken = conditions.into_iter().flatten().filter(|(_, c)| !c.holds());
@@ -136,21 +135,17 @@ impl Situation {
             Neighbour::Echo(reading) => Some((name, *reading)),
             _ => None,
         });
-        let columns: [Column<'_, (&str, Reading)>; 9] = [
+        let columns: [TableColumn<'_, (&str, Reading)>; 9] = [
             ("", &|(name, _)| (*name).to_owned()),
-            ("frame", &|(_, reading)| reading.frame.to_string()),
-            ("time s", &|(_, reading)| format!("{:.3}", reading.seconds)),
-            ("x m", &|(_, reading)| format!("{:.4}", reading.x)),
-            ("y m", &|(_, reading)| format!("{:.4}", reading.y)),
-            ("yaw deg", &|(_, reading)| {
-                format!("{:.2}", reading.yaw.to_degrees())
-            }),
-            ("range m", &|(_, reading)| format!("{:.4}", reading.range)),
-            ("sigma mm", &|(_, reading)| {
-                format!("{:.2}", reading.sigma * 1e3)
-            }),
-            ("beam deg", &|(_, reading)| {
-                format!("{:.1}", reading.beam_width.to_degrees())
+            ("frame", &|(_, r)| r.frame.to_string()),
+            ("time s", &|(_, r)| format!("{:.3}", r.seconds)),
+            ("x m", &|(_, r)| format!("{:.4}", r.x)),
+            ("y m", &|(_, r)| format!("{:.4}", r.y)),
+            ("yaw deg", &|(_, r)| format!("{:.2}", r.yaw.to_degrees())),
+            ("range m", &|(_, r)| format!("{:.4}", r.range)),
+            ("sigma mm", &|(_, r)| format!("{:.2}", r.sigma * 1e3)),
+            ("beam deg", &|(_, r)| {
+                format!("{:.1}", r.beam_width.to_degrees())
             }),
         ];
         let rows = [before, Some(("this arc", *arc)), after];
@@ -158,10 +153,12 @@ impl Situation {
         for (side, neighbour) in beside {
             let _ = match neighbour {
                 Neighbour::Echo(_) => Ok(()),
-                Neighbour::NoEcho { frame } => writeln!(
-                    text,
-                    "  The sonar's reading {side} it, in frame {frame}, had no echo."
-                ),
+                Neighbour::NoEcho { frame } => {
+                    writeln!(
+                        text,
+                        "  The sonar's reading {side} it, in frame {frame}, had no echo."
+                    )
+                }
                 Neighbour::End => writeln!(text, "  The sonar has no reading {side} it."),
             };
         }

@@ -9,7 +9,7 @@ use crate::core::tmam::report::ArcReport;
 
 /// What a sonar gave a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Given<'a> {
+pub struct SonarEntry<'a> {
     pub frame: u32,
     /// The echo; `None` where nothing came back.
     pub report: Option<&'a ArcReport>,
@@ -18,7 +18,7 @@ pub struct Given<'a> {
 /// Every sonar's entries, in order.
 #[derive(Debug)]
 pub struct Sequences<'a> {
-    sonars: BTreeMap<SonarId, Vec<Given<'a>>>,
+    sonars: BTreeMap<SonarId, Vec<SonarEntry<'a>>>,
     reports: &'a [ArcReport],
     /// Frames opened.
     pub frames: u32,
@@ -27,7 +27,7 @@ pub struct Sequences<'a> {
 impl<'a> Sequences<'a> {
     pub fn new(replay: &Replay<'_>, outcome: &'a Outcome) -> Self {
         let reports = outcome.reports.as_slice();
-        let mut sonars = BTreeMap::<SonarId, Vec<Given<'a>>>::new();
+        let mut sonars = BTreeMap::<SonarId, Vec<SonarEntry<'a>>>::new();
         for frame in replay.frames() {
             for entry in &frame.entries {
                 let id = ArcId {
@@ -35,7 +35,7 @@ impl<'a> Sequences<'a> {
                     sonar: entry.sonar,
                 };
                 let at = reports.binary_search_by_key(&id, |report| report.arc.id);
-                sonars.entry(entry.sonar).or_default().push(Given {
+                sonars.entry(entry.sonar).or_default().push(SonarEntry {
                     frame: frame.index,
                     report: at.ok().and_then(|at| reports.get(at)),
                 });
@@ -54,12 +54,12 @@ impl<'a> Sequences<'a> {
     }
 
     /// The entries of a sonar.
-    pub fn of(&self, sonar: SonarId) -> &[Given<'a>] {
+    pub fn of(&self, sonar: SonarId) -> &[SonarEntry<'a>] {
         self.sonars.get(&sonar).map_or(&[], Vec::as_slice)
     }
 
     /// The sequence that an arc is in, and its place there.
-    pub fn around(&self, arc: ArcId) -> Option<(&[Given<'a>], usize)> {
+    pub fn around(&self, arc: ArcId) -> Option<(&[SonarEntry<'a>], usize)> {
         let sequence = self.of(arc.sonar);
         let place = sequence.binary_search_by_key(&arc.frame, |given| given.frame);
         Some((sequence, place.ok()?))

@@ -7,16 +7,17 @@ use serde::Serialize;
 
 use super::ExplainError;
 use super::history::Doubt;
-use super::question::{command, since, sonars};
+use super::question::{command, sonars};
 use super::sequences::Sequences;
 use crate::core::observer::Setting;
 use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
+use crate::core::statistics::seconds;
 use crate::core::tmam::hypothesis::Support;
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
 use crate::core::wording::counted;
-use crate::tools::tables::{Column, optional, render, table};
+use crate::tools::tables::{TableColumn, optional, render, table};
 
 /// A suspect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -84,7 +85,7 @@ pub fn list(
             sensor,
             frame: arc.id.frame,
             stamp_ns: arc.stamp_ns,
-            seconds: since(arc.stamp_ns, replay.origin_ns()),
+            seconds: seconds(replay.origin_ns(), arc.stamp_ns),
             label: report.label,
             doubt: doubt.is_finite().then(|| rounded(doubt)),
             doubts: Doubt::all(report),
@@ -123,7 +124,7 @@ pub fn text(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
     if shown == 0 {
         return text;
     }
-    let columns: [Column<'_, Suspect>; 7] = [
+    let columns: [TableColumn<'_, Suspect>; 7] = [
         ("sensor", &|suspect| suspect.sensor.clone()),
         ("frame", &|suspect| suspect.frame.to_string()),
         ("time s", &|suspect| format!("{:.3}", suspect.seconds)),

@@ -25,24 +25,24 @@ pub struct Pair {
     #[serde(serialize_with = "number")]
     pub direction: f64,
     /// Where the common tangent touches.
-    pub contact: Candidates,
+    pub contact: CirclePoints,
     /// Where the arcs cross.
-    pub intersection: Candidates,
+    pub intersection: CirclePoints,
 }
 
 /// The points of one kind that the whole circles have.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Candidates {
+pub struct CirclePoints {
     /// The cosine of (2) or (3); beyond 1 there is no such point.
     #[serde(serialize_with = "number")]
     pub cosine: f64,
     /// Left and right of travel; none where the cosine has no angle.
-    pub sides: Vec<Candidate>,
+    pub sides: Vec<CirclePoint>,
 }
 
 /// A point of the whole circles.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Candidate {
+pub struct CirclePoint {
     /// `left` or `right` of travel.
     pub side: &'static str,
     /// Seen from the two sensors.
@@ -89,9 +89,9 @@ impl Pair {
                 seen(b, point.bearing_b, point.on_b),
             ];
             let counts = seen.iter().all(|seen| seen.held);
-            Some(Candidate { side, seen, counts })
+            Some(CirclePoint { side, seen, counts })
         };
-        let candidates = |cosine, points| Candidates {
+        let candidates = |cosine, points| CirclePoints {
             cosine,
             sides: (["left", "right"].into_iter().zip(points))
                 .filter_map(candidate)
@@ -117,7 +117,7 @@ impl Pair {
                 text.push_str("    the sensor stood still: no base line, so no points\n");
                 continue;
             }
-            for (name, Candidates { cosine, sides }) in [
+            for (name, CirclePoints { cosine, sides }) in [
                 ("contact", &pair.contact),
                 ("intersection", &pair.intersection),
             ] {
@@ -141,7 +141,7 @@ impl Pair {
     }
 }
 
-impl Candidate {
+impl CirclePoint {
     fn text(&self, half: f64) -> String {
         let [a, b] = self.seen;
         let outside = match (a.held, b.held) {
@@ -181,12 +181,12 @@ pub struct AnglesStory {
     /// By the paper's rule.
     pub label: Label,
     pub reason: Option<Reason>,
-    pub conditions: Vec<Comparison>,
+    pub conditions: Vec<AngleComparison>,
 }
 
 /// One comparison of the paper's rule. Radians.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct AngleComparison {
     /// The label that needs it.
     pub label: Label,
     /// `theta_c` or `theta_i`.
@@ -220,13 +220,13 @@ impl AnglesStory {
             theta_i: angles.theta_i,
             theta_c_sigma: triple.spread.theta_c,
             theta_i_sigma: triple.spread.theta_i,
-            has_contact: has_common_side(&angles.contact_points),
-            has_intersection: has_common_side(&angles.intersection_points),
+            has_contact: has_common_side(&angles.contact),
+            has_intersection: has_common_side(&angles.intersection),
             margin: triple.margin,
             label: triple.label,
             reason: triple.label.reason(),
             conditions: conditions
-                .map(|((label, angle, parameter), condition)| Comparison {
+                .map(|((label, angle, parameter), condition)| AngleComparison {
                     label,
                     angle,
                     value: condition.found,
@@ -284,7 +284,7 @@ impl AnglesStory {
     }
 }
 
-impl Comparison {
+impl AngleComparison {
     fn text(&self) -> String {
         let product = match self.times {
             None => String::new(),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::history::chi2;
-use super::sequences::Given;
+use super::sequences::SonarEntry;
 use crate::core::config::TestBounds;
 use crate::core::rounding::number;
 use crate::core::tmam::hypothesis::{HypothesisTest, Support};
@@ -37,7 +37,7 @@ impl Window {
     /// The windows that were looked at around the arc at `place` of a sequence.
     pub fn looked_at(
         tests: &[HypothesisTest],
-        sequence: &[Given<'_>],
+        sequence: &[SonarEntry<'_>],
         place: usize,
         decisive: f64,
     ) -> Vec<Self> {

@@ -9,13 +9,12 @@ use super::results::{
     Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, RangeSigma, Results, micro,
     sigma_of,
 };
-use crate::core::event::{Events, Sonar, SonarId};
+use crate::core::event::{Events, Sonar, SonarId, name_of};
 use crate::core::log::Log;
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::rounding::rounded;
-use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::feature::{Action, MapFeature, Shape};
+use crate::core::tmam::feature::{MapFeature, Shape};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Extraction;
@@ -46,7 +45,7 @@ pub fn labels(sonars: &[Sonar], outcome: &Outcome) -> Labels {
         ..Labels::default()
     };
     for report in &outcome.reports {
-        let sonar = name(sonars, Some(&report.arc.id)).unwrap_or_default();
+        let sonar = name_of(sonars, report.arc.id.sonar).to_owned();
         let arcs = labels.sonars.entry(sonar).or_default();
         arcs.push(labelled(report));
     }
@@ -76,17 +75,7 @@ fn measured(sonars: &[Sonar], outcome: &Outcome) -> BTreeMap<String, Measured> {
     ranges.iter().filter_map(of).collect()
 }
 
-fn name(sonars: &[Sonar], arc: Option<&ArcId>) -> Option<String> {
-    let sonar = sonars.get(arc?.sonar.index())?;
-    Some(sonar.name.clone())
-}
-
 fn extracted(extraction: &Extraction, sonars: &[Sonar]) -> Feature {
-    let fate = match extraction.action {
-        Action::Registered(_) => "registered",
-        Action::Merged(_) => "merged",
-        Action::Rejected(why) => why.name(),
-    };
     let mut feature = match &extraction.shape {
         Some(shape) => shaped(shape),
         None => Feature::new(Geometry::Unfitted {
@@ -96,8 +85,9 @@ fn extracted(extraction: &Extraction, sonars: &[Sonar]) -> Feature {
     feature.id = extraction.id;
     feature.readings = u32::try_from(extraction.associated.len()).unwrap_or(u32::MAX);
     feature.frames = frames(extraction);
-    feature.sensor = name(sonars, extraction.associated.first());
-    feature.fate = Some(fate.to_owned());
+    let first = extraction.associated.first();
+    feature.sensor = first.map(|arc| name_of(sonars, arc.sonar).to_owned());
+    feature.fate = Some(extraction.action.fate().to_owned());
     feature
 }
 

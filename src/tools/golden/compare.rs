@@ -9,13 +9,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
 use super::difference::{
-    Change, Comparison, Difference, FeatureDifference, LabelRun, State, StrayedArc, Unit,
+    Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, State,
+    StrayedArc,
 };
 use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::assignment::assign;
 use crate::core::geometry::{Vec2, unit, wrap_angle};
 use crate::core::tmam::label::Kind;
+use ChangeUnit::{Count, Metres, Radians, Relative};
 
 /// What `actual` has otherwise than `golden`, beyond the tolerance.
 ///
@@ -23,23 +25,16 @@ use crate::core::tmam::label::Kind;
 /// labels by sonar and stamp, where both sides have labels.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
     let labels = golden.labels.as_ref().zip(actual.labels.as_ref());
-    let mut differences: Vec<Difference> = noise(golden.noise, actual.noise, tolerance)
-        .map(|change| Difference::Noise { changes: [change] })
-        .into_iter()
-        .collect();
-    differences.extend(
-        labels
-            .into_iter()
-            .flat_map(|(g, a)| sonars(g, a, tolerance)),
-    );
-    let map = features(&golden.map, &actual.map, tolerance);
-    differences.extend(map.into_iter().map(|one| Difference::Map(Box::new(one))));
-    let extracted = features(&golden.extracted, &actual.extracted, tolerance);
-    differences.extend(
-        extracted
-            .into_iter()
-            .map(|one| Difference::Extracted(Box::new(one))),
-    );
+    let noise = noise(golden.noise, actual.noise, tolerance);
+    let noise = noise.map(|change| Difference::Noise { changes: [change] });
+    let mut differences: Vec<Difference> = noise.into_iter().collect();
+    if let Some((golden, actual)) = labels {
+        differences.extend(sonars(golden, actual, tolerance));
+    }
+    let map = features(&golden.map, &actual.map, tolerance).map(Box::new);
+    differences.extend(map.map(Difference::Map));
+    let extracted = features(&golden.extracted, &actual.extracted, tolerance).map(Box::new);
+    differences.extend(extracted.map(Difference::Extracted));
     if let Some((golden, actual)) = labels {
         let (clear, near) = label_runs(golden, actual, tolerance);
         differences.extend(clear.into_iter().map(Difference::Labels));
@@ -55,7 +50,7 @@ pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Com
 /// The change of a number, where it is beyond the tolerance.
 fn number(
     what: &'static str,
-    unit: Unit,
+    unit: ChangeUnit,
     golden: f64,
     actual: f64,
     tolerance: f64,
@@ -63,21 +58,21 @@ fn number(
     /// Rounding on either side is no difference.
     const ROUNDING: f64 = 1.5e-6;
     let moved = match unit {
-        Unit::Radians => wrap_angle(actual - golden),
+        Radians => wrap_angle(actual - golden),
         _ => actual - golden,
     };
     let (allowed, delta) = match unit {
-        Unit::Relative => (tolerance * golden.abs(), moved / golden.abs().max(1e-6)),
+        Relative => (tolerance * golden.abs(), moved / golden.abs().max(1e-6)),
         _ => (tolerance, moved),
     };
-    (moved.abs() > allowed + ROUNDING).then_some(Change::Number {
+    (moved.abs() > allowed + ROUNDING).then_some(Change::Number(NumberChange {
         what,
         unit,
         golden,
         actual,
         delta,
         tolerance,
-    })
+    }))
 }
 
 fn word(what: &'static str, golden: String, actual: String) -> Change {
@@ -96,7 +91,7 @@ fn noise(golden: RangeSigma, actual: RangeSigma, tolerance: &Tolerance) -> Optio
     };
     match (golden, actual) {
         (RangeSigma::Measured(then), RangeSigma::Measured(now)) => {
-            number("measured sigma", Unit::Relative, then, now, tolerance.sigma)
+            number("measured sigma", Relative, then, now, tolerance.sigma)
         }
         (RangeSigma::Unknown, _) | (_, RangeSigma::Unknown) => None,
         (then, now) => (then != now).then(|| word("noise", words(then), words(now))),
@@ -107,15 +102,13 @@ fn noise(golden: RangeSigma, actual: RangeSigma, tolerance: &Tolerance) -> Optio
 fn sonars(golden: &Labels, actual: &Labels, tolerance: &Tolerance) -> Vec<Difference> {
     let changes = |sensor: &String| {
         let [then, now] = [golden, actual].map(|labels| labels.sonars.get(sensor).map(Vec::len));
-        let gone = "none, the sonar is gone".to_owned();
+        let arcs = |then: String, now: String| vec![word("arcs", then, now)];
         match (then, now) {
-            (Some(arcs), None) => return vec![word("arcs", arcs.to_string(), gone)],
-            (None, Some(arcs)) => {
-                return vec![word(
-                    "arcs",
-                    "none".to_owned(),
-                    format!("{arcs}, the sonar is new"),
-                )];
+            (Some(then), None) => {
+                return arcs(then.to_string(), "none, the sonar is gone".to_owned());
+            }
+            (None, Some(now)) => {
+                return arcs("none".to_owned(), format!("{now}, the sonar is new"));
             }
             _ => {}
         }
@@ -123,62 +116,51 @@ fn sonars(golden: &Labels, actual: &Labels, tolerance: &Tolerance) -> Vec<Differ
         measured.map_or_else(Vec::new, |(then, now)| {
             let ([x, y, yaw], [u, v, turned]) = (then.mount, now.mount);
             let (position, theta, rho) = (tolerance.position, tolerance.theta, tolerance.rho);
-            [
-                number("mount x", Unit::Metres, x, u, position),
-                number("mount y", Unit::Metres, y, v, position),
-                number("mount yaw", Unit::Radians, yaw, turned, theta),
-                number(
-                    "mean range",
-                    Unit::Metres,
-                    then.mean_range,
-                    now.mean_range,
-                    rho,
-                ),
-            ]
-            .into_iter()
-            .flatten()
-            .collect()
+            let changes = [
+                number("mount x", Metres, x, u, position),
+                number("mount y", Metres, y, v, position),
+                number("mount yaw", Radians, yaw, turned, theta),
+                number("mean range", Metres, then.mean_range, now.mean_range, rho),
+            ];
+            changes.into_iter().flatten().collect()
         })
     };
-    let names = |labels: &'_ Labels| -> BTreeSet<String> {
-        labels
-            .sonars
-            .keys()
-            .chain(labels.measured.keys())
-            .cloned()
-            .collect()
-    };
-    names(golden)
-        .union(&names(actual))
-        .map(|sensor| (sensor.clone(), changes(sensor)))
-        .filter(|(_, changes)| !changes.is_empty())
-        .map(|(sensor, changes)| Difference::Sonar { sensor, changes })
-        .collect()
+    let names = [golden, actual].into_iter().flat_map(|labels| {
+        let measured = labels.measured.keys();
+        labels.sonars.keys().chain(measured).cloned()
+    });
+    let names: BTreeSet<String> = names.collect();
+    let found = names.into_iter().map(|sensor| Difference::Sonar {
+        changes: changes(&sensor),
+        sensor,
+    });
+    let differs =
+        |one: &Difference| !matches!(one, Difference::Sonar { changes, .. } if changes.is_empty());
+    found.filter(differs).collect()
 }
 
 /// Features that changed or are missing, in the order of `golden`, then the new ones.
-fn features(
-    golden: &[Feature],
-    actual: &[Feature],
-    tolerance: &Tolerance,
-) -> Vec<FeatureDifference> {
+fn features<'a>(
+    golden: &'a [Feature],
+    actual: &'a [Feature],
+    tolerance: &'a Tolerance,
+) -> impl Iterator<Item = FeatureDifference> {
     let partners: BTreeMap<usize, usize> = pairs(golden, actual, tolerance).into_iter().collect();
     let paired: BTreeSet<usize> = partners.values().copied().collect();
-    let known = golden.iter().enumerate().filter_map(|(place, feature)| {
-        let partner = partners.get(&place).and_then(|place| actual.get(*place));
-        let changes = partner.map(|partner| changes(feature, partner, tolerance));
-        if changes.as_ref().is_some_and(Vec::is_empty) {
-            return None;
-        }
-        FeatureDifference::new(Some(feature), partner, changes.unwrap_or_default())
-    });
-    let unpaired = actual
+    let known = golden
         .iter()
         .enumerate()
-        .filter(|(place, _)| !paired.contains(place));
-    let new =
-        unpaired.filter_map(|(_, feature)| FeatureDifference::new(None, Some(feature), Vec::new()));
-    known.chain(new).collect()
+        .filter_map(move |(place, feature)| {
+            let partner = partners.get(&place).and_then(|place| actual.get(*place));
+            let changes = partner.map(|partner| changes(feature, partner, tolerance));
+            if changes.as_ref().is_some_and(Vec::is_empty) {
+                return None;
+            }
+            FeatureDifference::new(Some(feature), partner, changes.unwrap_or_default())
+        });
+    let unpaired = actual.iter().enumerate();
+    let unpaired = unpaired.filter(move |(place, _)| !paired.contains(place));
+    known.chain(unpaired.filter_map(|(_, new)| FeatureDifference::new(None, Some(new), Vec::new())))
 }
 
 /// What moved beyond its tolerance between a feature and its partner.
@@ -187,29 +169,18 @@ fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Cha
     let moved = match (&golden.geometry, &actual.geometry) {
         (Geometry::Line(then), Geometry::Line(now)) => {
             let (rho, theta) = now.signed_like(then.theta);
+            let half = then.half_length;
             let along = |mid: [f64; 2]| unit(then.theta + FRAC_PI_2).dot(&Vec2::from(mid));
             vec![
-                number("rho", Unit::Metres, then.rho, rho, tolerance.rho),
-                number("theta", Unit::Radians, then.theta, theta, tolerance.theta),
-                number(
-                    "middle",
-                    Unit::Metres,
-                    along(then.mid),
-                    along(now.mid),
-                    extent,
-                ),
-                number(
-                    "half length",
-                    Unit::Metres,
-                    then.half_length,
-                    now.half_length,
-                    extent,
-                ),
+                number("rho", Metres, then.rho, rho, tolerance.rho),
+                number("theta", Radians, then.theta, theta, tolerance.theta),
+                number("middle", Metres, along(then.mid), along(now.mid), extent),
+                number("half length", Metres, half, now.half_length, extent),
             ]
         }
         (Geometry::Point { x, y }, Geometry::Point { x: u, y: v }) => vec![
-            number("x", Unit::Metres, *x, *u, position),
-            number("y", Unit::Metres, *y, *v, position),
+            number("x", Metres, *x, *u, position),
+            number("y", Metres, *y, *v, position),
         ],
         _ => Vec::new(),
     };
@@ -221,12 +192,12 @@ fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Cha
     // Of a feature that moved, nobody wants to read that its covariance moved, too.
     if let (true, Some(then), Some(now)) = (changes.is_empty(), golden.sigma, actual.sigma) {
         for ((what, then), now) in names.into_iter().zip(then).zip(now) {
-            changes.extend(number(what, Unit::Relative, then, now, tolerance.sigma));
+            changes.extend(number(what, Relative, then, now, tolerance.sigma));
         }
     }
     let [then, now, readings] =
         [golden.readings, actual.readings, tolerance.readings].map(f64::from);
-    changes.extend(number("readings", Unit::Count, then, now, readings));
+    changes.extend(number("readings", Count, then, now, readings));
     if golden.fate != actual.fate {
         let fate = |fate: &Option<String>| fate.clone().unwrap_or_else(|| "unknown".to_owned());
         changes.push(word("outcome", fate(&golden.fate), fate(&actual.fate)));

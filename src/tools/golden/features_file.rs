@@ -9,7 +9,7 @@ use crate::core::tmam::label::Kind;
 /// What of `features.json` is compared; the rest is passed over.
 #[derive(Deserialize)]
 pub struct FeaturesFile {
-    features: Vec<Row>,
+    features: Vec<FileRow>,
     map: MapLists,
     /// The configuration that it came from, as it is written there.
     pub config: Option<serde_json::Value>,
@@ -25,12 +25,12 @@ struct SourceRow {
 
 #[derive(Deserialize)]
 struct MapLists {
-    lines: Vec<Row>,
-    points: Vec<Row>,
+    lines: Vec<FileRow>,
+    points: Vec<FileRow>,
 }
 
 #[derive(Deserialize)]
-struct Row {
+struct FileRow {
     id: u32,
     sensor: Option<String>,
     first_frame: Option<u32>,
@@ -73,13 +73,13 @@ impl FeaturesFile {
         let spans = spans(runs.filter_map(|row| Some((row.map_id?, row.frames()?))));
         let rows = self.map.lines.into_iter().chain(self.map.points);
         let mut map = rows
-            .map(Row::into_feature)
+            .map(FileRow::into_feature)
             .collect::<Result<Vec<Feature>, String>>()?;
         for feature in &mut map {
             feature.frames = spans.get(&feature.id).copied();
         }
         map.sort_by_key(|feature| feature.id);
-        let extracted = self.features.into_iter().map(Row::into_feature);
+        let extracted = self.features.into_iter().map(FileRow::into_feature);
         Ok(Results {
             map,
             extracted: extracted.collect::<Result<_, String>>()?,
@@ -88,7 +88,7 @@ impl FeaturesFile {
     }
 }
 
-impl Row {
+impl FileRow {
     fn frames(&self) -> Option<[u32; 2]> {
         Some([self.first_frame?, self.last_frame?])
     }

@@ -10,12 +10,12 @@ use serde_json::Value as Json;
 
 use super::collect::LogInfo;
 use super::labels_file::LabelTable;
-use super::layout::render;
 use super::results::{Feature, Geometry, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::config::Config;
 use crate::io::config::file::check;
 use crate::io::schema::{Relation, in_words, of_file, relation};
+use crate::tools::document::render;
 
 /// The format's name and version.
 pub const SCHEMA: &str = "tmam.golden/1";
@@ -78,7 +78,7 @@ pub struct WrittenBy {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct GoldenDocument {
     schema: String,
     tool: WrittenBy,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -154,7 +154,8 @@ impl Golden {
                 found,
             });
         }
-        let file: File = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
+        let file: GoldenDocument =
+            serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
         let golden = file.open().map_err(malformed)?;
         let json: Json = serde_json::from_slice(bytes).map_err(|e| malformed(in_words(&e)))?;
         let recorded = |key| json.get(key).unwrap_or(&Json::Null);
@@ -173,7 +174,7 @@ impl Golden {
     pub fn render(&self) -> Result<Vec<u8>, GoldenError> {
         let results = &self.results;
         let has_features = self.log.is_some() || !results.extracted.is_empty();
-        let file = File {
+        let file = GoldenDocument {
             schema: SCHEMA.to_owned(),
             tool: self.written_by.clone(),
             log: self.log.clone(),
@@ -188,7 +189,7 @@ impl Golden {
     }
 }
 
-impl File {
+impl GoldenDocument {
     fn open(self) -> Result<Golden, String> {
         self.tolerances.check().map_err(|error| error.to_string())?;
         if let Some(config) = &self.config {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::compare::compare;
+use super::difference::describe;
 use super::file::{Golden, GoldenError};
-use super::report::describe;
 use super::results::Results;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::core::legible::inert_line;
@@ -85,7 +85,8 @@ pub fn hold(
     tolerance: &Tolerance,
 ) -> Result<Held, HoldError> {
     let set = |name: &str| std::env::var(name).is_ok_and(|value| is_set(&value));
-    let path = path.as_ref();
+    let file = path.as_ref().to_owned();
+    let path = file.as_path();
     if set(UPDATE) {
         if set("CI") {
             return Err(HoldError::InCi);
@@ -93,24 +94,19 @@ pub fn hold(
         return write(path, actual, tolerance);
     }
     if !path.exists() {
-        return Err(HoldError::Missing {
-            path: path.to_owned(),
-        });
+        return Err(HoldError::Missing { path: file });
     }
     let golden = of_a_test(path)?;
     if golden.results.is_empty() && actual.is_empty() {
-        return Err(HoldError::Empty {
-            path: path.to_owned(),
-        });
+        return Err(HoldError::Empty { path: file });
     }
     let found = compare(&golden.results, actual, &golden.tolerances);
     if found.matches(false) {
         return Ok(Held::Matches);
     }
-    Err(HoldError::Differs {
-        path: path.to_owned(),
-        differences: found.differences.iter().map(describe).collect(),
-    })
+    let differences = found.differences.iter().map(describe).collect();
+    let path = file;
+    Err(HoldError::Differs { path, differences })
 }
 
 /// A golden file that was made from no log.

@@ -6,15 +6,19 @@
 //! their stamp.
 
 use std::collections::BTreeMap;
-use std::fmt;
+use std::{fmt, io};
 
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::collect::LogInfo;
-use super::layout::render;
+use super::collect::{LogInfo, labels};
 use super::results::{LabelledArc, Labels, Mark, Measured, RangeSigma};
+use crate::core::observer::Setting;
+use crate::core::replay::Outcome;
 use crate::io::schema::in_words;
+use crate::observe::features;
+use crate::observe::viewer::Carried;
+use crate::tools::document::render;
 
 /// The format's name and version.
 const SCHEMA: &str = "tmam.labels/1";
@@ -55,18 +59,18 @@ pub struct LabelsFile {
 }
 
 #[derive(Serialize, Deserialize)]
-struct File {
+struct LabelsDocument {
     schema: String,
     log: LogInfo,
     #[serde(default, skip_serializing_if = "RangeSigma::is_unknown")]
     measured_sigma: RangeSigma,
     /// The stamps of the frames, coded as those of the arcs.
-    frames: Option<Frames>,
+    frames: Option<FrameStamps>,
     labels: LabelTable,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Frames {
+struct FrameStamps {
     first_ns: i64,
     steps_ms: String,
 }
@@ -78,11 +82,11 @@ impl LabelsFile {
     /// When it cannot be JSON.
     pub fn render(&self) -> serde_json::Result<String> {
         let stamps = &self.labels.frame_stamps;
-        let text = render(&File {
+        let text = render(&LabelsDocument {
             schema: SCHEMA.to_owned(),
             log: self.log.clone(),
             measured_sigma: self.noise,
-            frames: stamps.first().map(|first_ns| Frames {
+            frames: stamps.first().map(|first_ns| FrameStamps {
                 first_ns: *first_ns,
                 steps_ms: encode_steps(stamps),
             }),
@@ -96,7 +100,7 @@ impl LabelsFile {
     /// # Errors
     /// What is wrong with it, in words.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let file: File = serde_json::from_str(text).map_err(|error| in_words(&error))?;
+        let file: LabelsDocument = serde_json::from_str(text).map_err(|error| in_words(&error))?;
         if file.schema != SCHEMA {
             let found = file.schema;
             return Err(format!(
@@ -113,6 +117,25 @@ impl LabelsFile {
             labels,
         })
     }
+}
+
+/// What a recording of the replay carries: the features file, to the byte as `--features` writes it,
+/// and the label of every arc.
+///
+/// # Errors
+/// When they cannot be formed.
+pub fn carried(setting: &Setting<'_>, outcome: &Outcome, log: &LogInfo) -> io::Result<Carried> {
+    let mut features = Vec::new();
+    features::write(&mut features, setting, outcome)?;
+    let labels = LabelsFile {
+        log: log.clone(),
+        noise: RangeSigma::of(outcome.variance_from, setting.config),
+        labels: labels(setting.sonars, outcome),
+    };
+    Ok(Carried {
+        features: String::from_utf8(features).map_err(io::Error::other)?,
+        labels: Some(labels.render()?),
+    })
 }
 
 impl From<&Labels> for LabelTable {

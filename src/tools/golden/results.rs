@@ -136,10 +136,11 @@ pub enum Mark {
 /// The noise of the ranges, and whether it was measured: all of the noise-aware rule hangs on it. In
 /// files a number, `null`, or nothing at all.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Option<f64>", into = "Option<f64>")]
+#[serde(untagged, expecting = "`measured_sigma` is neither a number nor null")]
 pub enum RangeSigma {
     /// It was not recorded.
     #[default]
+    #[serde(skip)]
     Unknown,
     /// Messages or the configuration say it, or there is too little to measure it by.
     Given,
@@ -170,21 +171,6 @@ impl RangeSigma {
 
     pub fn is_unknown(&self) -> bool {
         *self == Self::Unknown
-    }
-}
-
-impl From<Option<f64>> for RangeSigma {
-    fn from(sigma: Option<f64>) -> Self {
-        sigma.map_or(Self::Given, Self::Measured)
-    }
-}
-
-impl From<RangeSigma> for Option<f64> {
-    fn from(noise: RangeSigma) -> Self {
-        match noise {
-            RangeSigma::Measured(sigma) => Some(sigma),
-            RangeSigma::Given | RangeSigma::Unknown => None,
-        }
     }
 }
 
@@ -288,12 +274,8 @@ impl Geometry {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         match self {
             Self::Line(line) => {
-                let theta = if line.rho < 0.0 {
-                    line.theta + PI
-                } else {
-                    line.theta
-                };
-                let theta = wrap_angle(micro(wrap_angle(theta)));
+                let turn = if line.rho < 0.0 { PI } else { 0.0 };
+                let theta = wrap_angle(micro(wrap_angle(line.theta + turn)));
                 let [x, y] = line.mid;
                 let numbers = [line.rho.abs(), theta, x, y, line.half_length].map(micro);
                 let [rho, theta, x, y, half_length] = numbers;

@@ -109,15 +109,11 @@ impl Tolerance {
                 return Err(ToleranceError::OutOfBounds { key, value });
             }
         }
+        let (distance, angle) = (self.pair_distance, self.pair_angle);
         for (key, value, gate, limit) in [
-            ("rho", self.rho, "pair_distance", self.pair_distance),
-            (
-                "position",
-                self.position,
-                "pair_distance",
-                self.pair_distance,
-            ),
-            ("theta", self.theta, "pair_angle", self.pair_angle),
+            ("rho", self.rho, "pair_distance", distance),
+            ("position", self.position, "pair_distance", distance),
+            ("theta", self.theta, "pair_angle", angle),
         ] {
             if value > limit {
                 return Err(ToleranceError::BeyondGate {

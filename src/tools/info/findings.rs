@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::channels::ChannelFacts;
-use super::facts::Facts;
+use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight, names, percent, which_sonars};
 use super::obstacles;
 use super::odometry::OdometryFacts;
@@ -53,20 +52,15 @@ pub fn findings(facts: &Facts, obstacles: &[LogError], notes: &[String]) -> Vec<
     found.extend(obstacles::findings(facts, obstacles));
     found.extend(losses(facts));
     if let Some(odometry) = &facts.odometry {
-        found.extend(still(facts, odometry));
-        found.extend(jump(facts, odometry));
-        found.extend(without_pose(facts, odometry));
-        found.extend(gaps(facts, odometry));
-        found.extend(repeated_odometry(facts, odometry));
+        let checks = [still, jump, without_pose, gaps, repeated_odometry];
+        found.extend(checks.iter().filter_map(|check| check(facts, odometry)));
     }
     found.extend(clock_set(facts));
     found.extend(stamps(facts));
     found.extend(delays(facts));
     found.extend(sonars(facts));
-    found.extend(one_mount(facts));
-    found.extend(coarse_ranges(facts));
-    found.extend(noise(facts));
-    found.extend(few_labels(facts));
+    let checks = [one_mount, coarse_ranges, noise, few_labels];
+    found.extend(checks.iter().filter_map(|check| check(facts)));
     let unsaid = unsaid(facts, notes, &found);
     found.extend(unsaid);
     found.sort_by_key(|finding| finding.weight);
@@ -74,9 +68,16 @@ pub fn findings(facts: &Facts, obstacles: &[LogError], notes: &[String]) -> Vec<
 }
 
 /// Channels of a known type in a form that is not read.
+fn unread(facts: &Facts) -> impl Iterator<Item = &ChannelFacts> {
+    facts
+        .channels
+        .iter()
+        .filter(|channel| channel.is_unreadable())
+}
+
 fn unread_channels(facts: &Facts) -> Vec<Finding> {
     let mut by_problem: BTreeMap<&str, Vec<&ChannelFacts>> = BTreeMap::new();
-    for channel in facts.channels.iter().filter(|c| c.is_unreadable()) {
+    for channel in unread(facts) {
         let problem = channel.problem.as_deref().unwrap_or_default();
         by_problem.entry(problem).or_default().push(channel);
     }
@@ -106,8 +107,9 @@ fn unread_channels(facts: &Facts) -> Vec<Finding> {
 
 /// What of the file could not be read; of channels that are not read, there is a finding of their own.
 fn losses(facts: &Facts) -> Option<Finding> {
-    let unread = facts.channels.iter().filter(|c| c.is_unreadable());
-    let unread: BTreeSet<&str> = unread.map(|channel| channel.topic.as_str()).collect();
+    let unread: BTreeSet<&str> = unread(facts)
+        .map(|channel| channel.topic.as_str())
+        .collect();
     let of_channel = |loss: &str| {
         let mut ends = loss.match_indices(", ").map(|(end, _)| end);
         ends.any(|end| loss.get(..end).is_some_and(|topic| unread.contains(topic)))
@@ -115,15 +117,13 @@ fn losses(facts: &Facts) -> Option<Finding> {
     let losses = facts.source.lost.iter().map(String::as_str);
     let losses: Vec<&str> = losses.filter(|loss| !of_channel(loss)).collect();
     let named = losses.get(..NAMED_LOSSES).unwrap_or(&losses).join("; ");
-    let parts = match losses.len() {
+    let (parts, more) = match losses.len() {
         0 => return None,
-        1 => "one part".to_owned(),
-        n => format!("{n} parts"),
-    };
-    let more = if losses.len() > NAMED_LOSSES {
-        "; ..."
-    } else {
-        ""
+        1 => ("one part".to_owned(), ""),
+        n => (
+            format!("{n} parts"),
+            if n > NAMED_LOSSES { "; ..." } else { "" },
+        ),
     };
     Some(Finding::new(
         Serious,
@@ -347,30 +347,10 @@ fn delays(facts: &Facts) -> Option<Finding> {
     let (of_ranges, of_odometry) = (delay("range")?, delay("odometry")?);
     let skew = of_ranges - of_odometry;
     if facts.clock_set.is_some() {
-        None
-    } else if skew.abs() > SKEW {
-        let speed = facts.odometry.as_ref().map_or(0.0, |odometry| {
-            odometry.distance / seconds(odometry.first_ns, odometry.last_ns)
-        });
-        let shift = if speed.is_finite() {
-            (speed * skew).abs()
-        } else {
-            0.0
-        };
-        Some(Finding::new(
-            Serious,
-            "clock-skew",
-            format!(
-                "from stamp to recording ranges take {of_ranges:.3} s, odometry {of_odometry:.3} s"
-            ),
-            format!(
-                "if the clocks differ and not the ways, readings meet the wrong poses: \
-                 {shift:.2} m off at the robot's mean speed"
-            ),
-            "synchronise the clocks of sonar driver and odometry, or stamp both on one computer",
-        ))
-    } else {
-        (of_ranges.abs() > OTHER_CLOCK).then(|| {
+        return None;
+    }
+    if skew.abs() <= SKEW {
+        return (of_ranges.abs() > OTHER_CLOCK).then(|| {
             Finding::new(
                 Notable,
                 "other-clock",
@@ -378,8 +358,26 @@ fn delays(facts: &Facts) -> Option<Finding> {
                 "none, if ranges and odometry share the clock: stamps count",
                 "",
             )
-        })
+        });
     }
+    let odometry = facts.odometry.as_ref();
+    let speed = odometry.map_or(0.0, |odometry| {
+        odometry.distance / seconds(odometry.first_ns, odometry.last_ns)
+    });
+    let speed = if speed.is_finite() { speed } else { 0.0 };
+    Some(Finding::new(
+        Serious,
+        "clock-skew",
+        format!(
+            "from stamp to recording ranges take {of_ranges:.3} s, odometry {of_odometry:.3} s"
+        ),
+        format!(
+            "if the clocks differ and not the ways, readings meet the wrong poses: \
+             {:.2} m off at the robot's mean speed",
+            (speed * skew).abs()
+        ),
+        "synchronise the clocks of sonar driver and odometry, or stamp both on one computer",
+    ))
 }
 
 /// What can be wrong with a sonar or with what came back to it.
@@ -669,8 +667,7 @@ fn few_labels(facts: &Facts) -> Option<Finding> {
 /// What the reader noted and no other finding says.
 fn unsaid(facts: &Facts, notes: &[String], found: &[Finding]) -> Vec<Finding> {
     const LEFT_OUT: &str = " left out: ";
-    let unread = facts.channels.iter().filter(|c| c.is_unreadable());
-    let problems: BTreeSet<&str> = unread.filter_map(|c| c.problem.as_deref()).collect();
+    let problems: BTreeSet<&str> = unread(facts).filter_map(|c| c.problem.as_deref()).collect();
     let is_found = |code| found.iter().any(|finding| finding.code == code);
     let said = |note: &str| {
         let mut reasons = note

@@ -1,11 +1,10 @@
 //! What a replay would refuse, as findings.
 
-use super::channels::ChannelFacts;
-use super::facts::Facts;
+use super::facts::{ChannelFacts, Facts, missing_mounts, without_beam};
 use super::finding::{Finding, Weight, names, which_sonars};
 use super::trial::Replayable;
 use crate::core::replay::ReplayError;
-use crate::io::log::{LogError, MissingMount, NO_POSE, NO_RANGE};
+use crate::io::log::{LogError, NO_POSE, NO_RANGE};
 
 const SKELETON: &str = "the skeleton below has the keys";
 
@@ -66,26 +65,18 @@ fn obstruction(facts: &Facts, obstacle: &LogError) -> Option<Told> {
         ),
         LogError::NoOdometry {
             asked, passed_over, ..
-        } if passed_over.is_empty() => (
-            "no-odometry",
-            format!("the log has no odometry{}", because(asked)),
-            "no reading can be placed",
-            choose(facts, asked, "odometry"),
-        ),
-        LogError::NoOdometry {
-            asked, passed_over, ..
-        } => (
-            "no-odometry",
-            format!(
-                "the log has no odometry{}; transforms that move what the sonars' frame carries are none: {}",
-                because(asked),
-                edges(passed_over)
-            ),
-            "no reading can be placed",
-            format!(
-                "record the odometry; if the robot moves in one of these frames, set input.world_frame to it; {SKELETON}"
-            ),
-        ),
+        } => {
+            let mut what = format!("the log has no odometry{}", because(asked));
+            let mut mend = choose(facts, asked, "odometry");
+            if !passed_over.is_empty() {
+                what += "; transforms that move what the sonars' frame carries are none: ";
+                what += &edges(passed_over);
+                mend = format!(
+                    "record the odometry; if the robot moves in one of these frames, set input.world_frame to it; {SKELETON}"
+                );
+            }
+            ("no-odometry", what, "no reading can be placed", mend)
+        }
         LogError::ManyOdometries { topics, .. } => (
             "many-odometries",
             format!(
@@ -132,27 +123,22 @@ fn obstruction(facts: &Facts, obstacle: &LogError) -> Option<Told> {
 }
 
 fn mounts(facts: &Facts, obstacles: &[LogError]) -> Option<Told> {
-    let missing = obstacles.iter().filter_map(|obstacle| match obstacle {
-        LogError::NoMount(missing) => Some(&**missing),
-        _ => None,
-    });
-    let missing: Vec<&MissingMount> = missing.collect();
+    let missing = missing_mounts(obstacles);
     let first = missing.first()?;
     let sonars: Vec<&str> = missing.iter().map(|m| m.sonar.as_str()).collect();
     let frames = match &*first.frames {
         [] => "the log has no transforms".to_owned(),
-        frames => format!(
-            "frames with a transform: {}",
-            names(frames.iter().map(String::as_str))
-        ),
+        frames => {
+            let frames = names(frames.iter().map(String::as_str));
+            format!("frames with a transform: {frames}")
+        }
     };
+    let which = which_sonars(&sonars, facts.sonars.len());
     Some((
         "no-mount",
         format!(
-            "no mounting pose for {}: of frame `{}`, {}; {frames}",
-            which_sonars(&sonars, facts.sonars.len()),
-            first.frame,
-            first.why
+            "no mounting pose for {which}: of frame `{}`, {}; {frames}",
+            first.frame, first.why
         ),
         "their arcs cannot be placed; an unknown mount is never taken for the robot's origin",
         format!(
@@ -162,18 +148,12 @@ fn mounts(facts: &Facts, obstacles: &[LogError]) -> Option<Told> {
 }
 
 fn beams(facts: &Facts, obstacles: &[LogError]) -> Option<Told> {
-    let sonars = obstacles.iter().filter_map(|obstacle| match obstacle {
-        LogError::NoBeamWidth { sonar, .. } => Some(sonar.as_str()),
-        _ => None,
-    });
-    let sonars: Vec<&str> = sonars.collect();
+    let sonars = without_beam(obstacles);
+    let which = which_sonars(&sonars, facts.sonars.len());
     (!sonars.is_empty()).then(|| {
         (
             "no-beam-width",
-            format!(
-                "no beam width from {}: field_of_view is no angle above 0",
-                which_sonars(&sonars, facts.sonars.len())
-            ),
+            format!("no beam width from {which}: field_of_view is no angle above 0"),
             "how wide an arc is decides which contact and intersection points count",
             format!("set sonars.beam_width (deg, full angle) from the data sheet; {SKELETON}"),
         )
@@ -224,9 +204,8 @@ fn one_paragraph(error: &LogError) -> String {
 
 /// `a in b, c in d and 3 more`.
 fn edges(edges: &[(String, String)]) -> String {
-    let named = edges
-        .iter()
-        .map(|(parent, child)| format!("`{child}` in `{parent}`"));
+    let named = edges.iter();
+    let named = named.map(|(parent, child)| format!("`{child}` in `{parent}`"));
     let named: Vec<String> = named.collect();
     names(named.iter().map(String::as_str))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use toml::Value;
 
-use super::facts::Facts;
+use super::facts::{Facts, missing_mounts, without_beam};
 use super::sonars::SonarFacts;
 use super::trial::{Replayable, wider_gap};
 use crate::core::legible::one_line;
@@ -16,10 +16,10 @@ use crate::io::log::{LogError, MissingMount};
 
 /// Keys by section, in the order in which they came up.
 #[derive(Debug, Default)]
-struct Sections(Vec<(String, Vec<Line>)>);
+struct Sections(Vec<(String, Vec<KeyLine>)>);
 
 #[derive(Debug)]
-struct Line {
+struct KeyLine {
     key: &'static str,
     value: Value,
     comment: String,
@@ -28,7 +28,7 @@ struct Line {
 impl Sections {
     /// Adds a key; those of one section follow each other.
     fn add(&mut self, section: &str, key: &'static str, value: Value, comment: impl Into<String>) {
-        let line = Line {
+        let line = KeyLine {
             key,
             value,
             comment: comment.into(),
@@ -79,6 +79,7 @@ pub fn skeleton(facts: &Facts, obstacles: &[LogError]) -> Option<String> {
 
 const DATA_SHEET: &str = "deg, full angle: see the data sheet";
 const TO_THE_LEFT: &str = "m, to the left";
+const LOOKS: &str = "deg, counter-clockwise: where the beam looks";
 const MEASURE: &str = "m in the robot's frame: measure these; any name will do for the sonar";
 const TO_ITS_POINTS: &str = "deg, counter-clockwise: where its points lie, seen from the robot";
 const NO_ECHO: &str = "m: see the data sheet; a point at this distance is no echo";
@@ -120,17 +121,12 @@ fn odometry(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
         match obstacle {
             LogError::ManyOdometries { topics, .. } => {
                 let chosen = input.odometry_topics.first().cloned().unwrap_or_default();
-                let others: Vec<&str> = topics
-                    .iter()
-                    .filter(|topic| globset::escape(topic) != chosen)
-                    .map(String::as_str)
-                    .collect();
-                sections.add(
-                    "input",
-                    "odometry_topics",
-                    Value::Array(vec![Value::String(chosen)]),
-                    format!("choose one; the others: {}", others.join(", ")),
-                );
+                let others = topics.iter().map(String::as_str);
+                let others = others.filter(|topic| globset::escape(topic) != chosen);
+                let others = others.collect::<Vec<_>>().join(", ");
+                let comment = format!("choose one; the others: {others}");
+                let chosen = Value::Array(vec![Value::String(chosen)]);
+                sections.add("input", "odometry_topics", chosen, comment);
             }
             LogError::NoRobotFrame { .. } | LogError::UnclearTransforms { .. } => sections.add(
                 "input",
@@ -140,14 +136,11 @@ fn odometry(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
             ),
             LogError::NoOdometry { passed_over, .. } => {
                 if let Some((robot, world)) = passed_over.first() {
-                    sections.add(
-                        "input",
-                        "world_frame",
-                        Value::String(world.clone()),
-                        format!(
-                            "a guess: what `{robot}` moves in, by transforms the other way round"
-                        ),
+                    let comment = format!(
+                        "a guess: what `{robot}` moves in, by transforms the other way round"
                     );
+                    let world = Value::String(world.clone());
+                    sections.add("input", "world_frame", world, comment);
                 }
             }
             _ => {}
@@ -170,43 +163,24 @@ fn parameters(sections: &mut Sections, facts: &Facts) {
             sections.add("frames", "max_odometry_gap", Value::Float(gap), comment);
         }
     }
-    let narrow = facts
-        .replay
-        .refused
-        .iter()
-        .find_map(|refusal| match refusal {
-            ReplayError::GammaBeyondBeam { beam_width, .. } => Some(beam_width),
-            _ => None,
-        });
-    if let Some(beam_width) = narrow {
-        sections.add(
-            "triple",
-            "gamma",
-            degrees(config.triple.gamma),
-            format!(
-                "deg; below the narrowest beam, {:.2} deg",
-                beam_width.to_degrees()
-            ),
-        );
+    for refusal in &facts.replay.refused {
+        if let ReplayError::GammaBeyondBeam { beam_width, .. } = refusal {
+            let narrowest = beam_width.to_degrees();
+            let comment = format!("deg; below the narrowest beam, {narrowest:.2} deg");
+            sections.add("triple", "gamma", degrees(config.triple.gamma), comment);
+        }
     }
 }
 
 /// The mounts, beams and limits that sonars lack.
 fn sonars(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
-    let mounts = obstacles.iter().filter_map(|obstacle| match obstacle {
-        LogError::NoMount(missing) => Some((missing.sonar.as_str(), &**missing)),
-        _ => None,
-    });
-    let mounts: BTreeMap<&str, &MissingMount> = mounts.collect();
-    let beams = obstacles.iter().filter_map(|obstacle| match obstacle {
-        LogError::NoBeamWidth { sonar, .. } => Some(sonar.as_str()),
-        _ => None,
-    });
-    let beams: BTreeSet<&str> = beams.collect();
-    let without_beam = |sonar: &&SonarFacts| beams.contains(sonar.name.as_str());
+    let mounts = missing_mounts(obstacles).into_iter();
+    let mounts: BTreeMap<&str, &MissingMount> = mounts.map(|m| (m.sonar.as_str(), m)).collect();
+    let beams: BTreeSet<&str> = without_beam(obstacles).into_iter().collect();
+    let has_no_beam = |sonar: &&SonarFacts| beams.contains(sonar.name.as_str());
     let beam_width = degrees(PLACEHOLDER_BEAM_WIDTH);
     // One key for all, unless it is one sonar among many that lacks it.
-    let count = facts.sonars.iter().filter(without_beam).count();
+    let count = facts.sonars.iter().filter(has_no_beam).count();
     let for_all = count > 1 || (count == 1 && facts.sonars.len() == 1);
     if for_all {
         sections.add("sonars", "beam_width", beam_width.clone(), DATA_SHEET);
@@ -219,19 +193,15 @@ fn sonars(sections: &mut Sections, facts: &Facts, obstacles: &[LogError]) {
                 "" => "the robot's frame".to_owned(),
                 frame => format!("`{frame}`"),
             };
-            let comments = [
-                format!("m in {frame}: measure these"),
-                TO_THE_LEFT.to_owned(),
-                "deg, counter-clockwise: where the beam looks".to_owned(),
-            ];
+            let measure = format!("m in {frame}: measure these");
             // The first one says what holds for all.
             let is_first = !std::mem::replace(&mut explained, true);
-            for (key, comment) in ["x", "y", "yaw"].into_iter().zip(comments) {
-                let comment = if is_first { comment } else { String::new() };
+            for (key, comment) in [("x", measure.as_str()), ("y", TO_THE_LEFT), ("yaw", LOOKS)] {
+                let comment = if is_first { comment } else { "" };
                 sections.add(&section, key, Value::Float(0.0), comment);
             }
         }
-        if !for_all && without_beam(&sonar) {
+        if !for_all && has_no_beam(&sonar) {
             sections.add(&section, "beam_width", beam_width.clone(), DATA_SHEET);
         }
         if sonar.limits_are_senseless() {

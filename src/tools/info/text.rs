@@ -6,8 +6,7 @@ use std::fmt::Write as _;
 use comfy_table::{ColumnConstraint, Width};
 
 use super::Info;
-use super::channels::ChannelFacts;
-use super::facts::Facts;
+use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight};
 use super::odometry::OdometryFacts;
 use super::sonars::{MountFacts, SonarFacts};
@@ -44,11 +43,8 @@ pub fn text(info: &Info) -> String {
     }
     section(&mut text, "FINDINGS", &findings(&info.findings));
     if let Some(skeleton) = &info.skeleton {
-        section(
-            &mut text,
-            "TMAM.TOML (print only this: --skeleton)",
-            skeleton,
-        );
+        let title = "TMAM.TOML (print only this: --skeleton)";
+        section(&mut text, title, skeleton);
     }
     legible(&text).into_owned()
 }
@@ -265,18 +261,16 @@ fn findings(findings: &[Finding]) -> String {
             Weight::Notable => "notable",
         };
         let parts = [
-            (finding.what.as_str(), ""),
-            (finding.effect.as_str(), "effect: "),
-            (finding.mend.as_str(), "to do: "),
+            ("", &finding.what),
+            ("effect: ", &finding.effect),
+            ("to do: ", &finding.mend),
         ];
-        let lines: Vec<String> = parts
-            .into_iter()
-            .filter(|(part, _)| !part.is_empty())
-            .map(|(part, name)| {
-                let part = shortened(&one_line(part), LONGEST_NAME, LONGEST_PART);
-                format!("{name}{part}")
-            })
-            .collect();
+        let parts = parts.into_iter().filter(|(_, part)| !part.is_empty());
+        let lines = parts.map(|(name, part)| {
+            let part = shortened(&one_line(part), LONGEST_NAME, LONGEST_PART);
+            format!("{name}{part}")
+        });
+        let lines: Vec<String> = lines.collect();
         table.add_row([weight.to_owned(), lines.join("\n")]);
     }
     render(&table).trim_start_matches('\n').to_owned()

@@ -1,13 +1,12 @@
 //! A replay that writes nothing, to see what comes of a log.
 
-use std::collections::BTreeMap;
-
 use serde::{Serialize, Serializer};
 
 use super::odometry::OdometryFacts;
 use crate::core::config::Config;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::observe::features::Counts;
 
 /// Whether a log can be replayed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -58,7 +57,8 @@ impl Trial {
     ) -> Self {
         let mut trial = Self::none(config);
         loop {
-            match replay(log, &trial.config) {
+            let replay = Replay::new(log, &trial.config);
+            match replay.and_then(|replay| replay.run(&mut [])) {
                 Ok(outcome) => {
                     trial.outcome = Some(outcome);
                     trial.possible = if trial.refused.is_empty() {
@@ -69,12 +69,11 @@ impl Trial {
                     return trial;
                 }
                 Err(refusal) => {
-                    let mended = mend(&refusal, &trial.config, odometry);
+                    let mended = mend(&refusal, &mut trial.config, odometry);
                     trial.refused.push(refusal);
-                    match mended {
-                        // Each mends one parameter for good, so that this ends.
-                        Some(config) if trial.refused.len() < 3 => trial.config = config,
-                        _ => return trial,
+                    // Each mends one parameter for good, so that this ends.
+                    if mended.is_none() || trial.refused.len() >= 3 {
+                        return trial;
                     }
                 }
             }
@@ -82,27 +81,23 @@ impl Trial {
     }
 }
 
-fn replay(log: &Log, config: &Config) -> Result<Outcome, ReplayError> {
-    Replay::new(log, config)?.run(&mut [])
-}
-
+/// Changes the parameter that a replay refused; `None` where no other value would do.
 fn mend(
     refusal: &ReplayError,
-    config: &Config,
+    config: &mut Config,
     odometry: Option<&OdometryFacts>,
-) -> Option<Config> {
-    let mut config = config.clone();
+) -> Option<()> {
     match refusal {
         ReplayError::GammaBeyondBeam { beam_width, .. } => {
             config.triple.gamma = fitting_gamma(*beam_width);
-            Some(config)
         }
         ReplayError::NoFrames { .. } => {
-            config.frames.max_odometry_gap = wider_gap(odometry?, config.frames.max_odometry_gap)?;
-            Some(config)
+            let gap = &mut config.frames.max_odometry_gap;
+            *gap = wider_gap(odometry?, *gap)?;
         }
-        _ => None,
+        _ => return None,
     }
+    Some(())
 }
 
 /// A gate for the narrowest beam: half of it, in whole tenths of a degree where they suffice.
@@ -123,34 +118,8 @@ pub fn wider_gap(odometry: &OdometryFacts, present: f64) -> Option<f64> {
     Some(libm::ceil(usual * 15.0) / 10.0)
 }
 
-#[derive(Serialize)]
-struct Counts<'a> {
-    frames: u32,
-    readings: u64,
-    echoes: u64,
-    no_echoes: u64,
-    contact: u64,
-    intersection: u64,
-    unidentified: u64,
-    reasons: &'a BTreeMap<&'static str, u64>,
-    surplus: u64,
-    dropped: &'a BTreeMap<&'static str, u64>,
-}
-
 fn counts<S: Serializer>(outcome: &Option<Outcome>, serializer: S) -> Result<S::Ok, S::Error> {
-    let counts = outcome.as_ref().map(|outcome| Counts {
-        frames: outcome.frames,
-        readings: outcome.tally.readings,
-        echoes: outcome.tally.echoes,
-        no_echoes: outcome.tally.no_echoes,
-        contact: outcome.labelled("contact"),
-        intersection: outcome.labelled("intersection"),
-        unidentified: outcome.labelled("unidentified"),
-        reasons: &outcome.reasons,
-        surplus: outcome.tally.surplus,
-        dropped: &outcome.tally.dropped,
-    });
-    counts.serialize(serializer)
+    outcome.as_ref().map(Counts::new).serialize(serializer)
 }
 
 #[cfg(test)]

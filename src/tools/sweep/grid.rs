@@ -25,45 +25,15 @@ pub struct Axis {
 /// Why something cannot be swept.
 #[derive(Debug, thiserror::Error)]
 pub enum AxisError {
-    /// No numbers.
-    #[error("`{spec}` for {key} is neither a number nor A:B:STEP (5:15:0.5) nor a list (5,7.5,10)")]
-    NotNumbers {
+    /// Values that cannot be read.
+    #[error("`{spec}` for {key} {problem}")]
+    Values {
         /// The key.
         key: String,
         /// As written.
         spec: String,
-    },
-    /// A range without a step.
-    #[error("`{spec}` for {key} has no step; write A:B:STEP, both ends included")]
-    NoStep {
-        /// The key.
-        key: String,
-        /// As written.
-        spec: String,
-    },
-    /// A range that never ends.
-    #[error("`{spec}` for {key} never arrives: a step of {step} does not lead from {from} to {to}")]
-    WrongWay {
-        /// The key.
-        key: String,
-        /// As written.
-        spec: String,
-        /// First value.
-        from: f64,
-        /// Last value.
-        to: f64,
-        /// From one to the next.
-        step: f64,
-    },
-    /// A value that is listed twice.
-    #[error("`{spec}` for {key} has {value} twice")]
-    Twice {
-        /// The key.
-        key: String,
-        /// As written.
-        spec: String,
-        /// The value.
-        value: f64,
+        /// What is wrong with them.
+        problem: ValuesError,
     },
     /// Two axes of one key.
     #[error("{key} is given twice; sweep it once")]
@@ -96,6 +66,23 @@ pub enum AxisError {
     },
 }
 
+/// What is wrong with the values of a key.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum ValuesError {
+    #[error("is neither a number nor A:B:STEP (5:15:0.5) nor a list (5,7.5,10)")]
+    NotNumbers,
+    #[error("has no step; write A:B:STEP, both ends included")]
+    NoStep,
+    /// A range that never ends.
+    #[error("never arrives: a step of {step} does not lead from {from} to {to}")]
+    WrongWay { from: f64, to: f64, step: f64 },
+    #[error("has {0} twice")]
+    Twice(f64),
+    /// Alone more than a grid may have.
+    #[error("are {0} values")]
+    TooMany(f64),
+}
+
 impl Axis {
     /// The axis of a key: a dotted path as TOML has it.
     ///
@@ -118,7 +105,7 @@ impl Axis {
                 suggestion: keys::nearest(&parts),
             })
         })?;
-        let values = values(key, spec)?;
+        let values = values(spec).map_err(|problem| AxisError::of_values(key, spec, problem))?;
         if let Some(value) = values.iter().find(|value| !known.bounds.hold(**value)) {
             return Err(bad(ConfigError::OutOfBounds {
                 key: parts.join("."),
@@ -210,8 +197,7 @@ fn path(table: &Table) -> Vec<String> {
 ///
 /// # Errors
 /// Whatever is none of these.
-pub fn values(key: &str, spec: &str) -> Result<Vec<f64>, AxisError> {
-    let (key, spec) = (key.to_owned(), spec.to_owned());
+pub fn values(spec: &str) -> Result<Vec<f64>, ValuesError> {
     let numbers = |separator: char| -> Option<Vec<f64>> {
         let parts = spec.split(separator).map(|part| part.trim().parse::<f64>());
         let numbers = parts.collect::<Result<Vec<f64>, _>>().ok()?;
@@ -219,25 +205,23 @@ pub fn values(key: &str, spec: &str) -> Result<Vec<f64>, AxisError> {
     };
     if spec.contains(':') {
         return match numbers(':').as_deref() {
-            Some(&[from, to, step]) => range(key, spec, [from, to, step]),
-            Some([_, _]) => Err(AxisError::NoStep { key, spec }),
-            _ => Err(AxisError::NotNumbers { key, spec }),
+            Some(&[from, to, step]) => range(from, to, step),
+            Some([_, _]) => Err(ValuesError::NoStep),
+            _ => Err(ValuesError::NotNumbers),
         };
     }
-    let Some(values) = numbers(',') else {
-        return Err(AxisError::NotNumbers { key, spec });
-    };
+    let values = numbers(',').ok_or(ValuesError::NotNumbers)?;
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     match sorted.array_windows().find(|[a, b]| a == b) {
-        Some(&[value, _]) => Err(AxisError::Twice { key, spec, value }),
+        Some([value, _]) => Err(ValuesError::Twice(*value)),
         None => Ok(values),
     }
 }
 
 /// From one end to the other, both included; a sum of steps that misses the end by rounding alone
 /// is at the end.
-fn range(key: String, spec: String, [from, to, step]: [f64; 3]) -> Result<Vec<f64>, AxisError> {
+fn range(from: f64, to: f64, step: f64) -> Result<Vec<f64>, ValuesError> {
     const SLACK: f64 = 1e-9;
     let count = (to - from) / step;
     let steps = libm::floor(count + SLACK);
@@ -245,16 +229,22 @@ fn range(key: String, spec: String, [from, to, step]: [f64; 3]) -> Result<Vec<f6
         let values = (0..=steps as usize).map(|k| rounded(from + k as f64 * step));
         Ok(values.collect())
     } else if count.is_finite() && count >= 0.0 {
-        let cells = libm::floor(count) + 1.0;
-        Err(AxisError::TooManyCells { cells })
+        Err(ValuesError::TooMany(libm::floor(count) + 1.0))
     } else {
-        Err(AxisError::WrongWay {
-            key,
-            spec,
-            from,
-            to,
-            step,
-        })
+        Err(ValuesError::WrongWay { from, to, step })
+    }
+}
+
+impl AxisError {
+    fn of_values(key: &str, spec: &str, problem: ValuesError) -> Self {
+        match problem {
+            ValuesError::TooMany(cells) => Self::TooManyCells { cells },
+            problem => Self::Values {
+                key: key.to_owned(),
+                spec: spec.to_owned(),
+                problem,
+            },
+        }
     }
 }
 
@@ -377,14 +367,9 @@ impl Request {
         for text in set {
             // Numbers never hold an equals sign, quoted keys may.
             match text.rsplit_once('=') {
-                Some((key, spec)) if is_setting(key, spec) => request.settings.push(text.clone()),
+                Some((_, spec)) if is_setting(spec) => request.settings.push(text.clone()),
                 Some((key, spec)) => request.axes.push(Axis::parse(key.trim(), spec.trim())?),
-                None => {
-                    return Err(AxisError::NotNumbers {
-                        key: text.clone(),
-                        spec: String::new(),
-                    });
-                }
+                None => return Err(AxisError::of_values(text, "", ValuesError::NotNumbers)),
             }
         }
         Ok(request)
@@ -392,13 +377,13 @@ impl Request {
 }
 
 /// A text, a switch or a list of them: no axis. (10:20:10 is a time of day to TOML, and an axis here.)
-fn is_setting(key: &str, spec: &str) -> bool {
+fn is_setting(spec: &str) -> bool {
     let value = format!("value = {spec}").parse::<toml::Table>();
     let is_other = value.is_ok_and(|table| {
         let value = table.get("value");
         value.is_some_and(|value| value.is_str() || value.is_bool() || value.is_array())
     });
-    values(key, spec).is_err() && is_other
+    values(spec).is_err() && is_other
 }
 
 #[cfg(test)]

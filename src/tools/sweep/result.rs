@@ -4,24 +4,18 @@ use std::cmp::Ordering;
 
 use super::columns::Column;
 use super::grid::Grid;
-use super::runner::{CellError, Configured};
+use super::runner::{About, CellError, Configured};
 use super::score::Score;
 
 /// A sweep that has run.
 #[derive(Debug)]
 pub struct Sweep {
-    /// File name of the log, without its directory.
-    pub file: String,
+    /// What the log itself says.
+    pub log: About,
     /// What was swept.
     pub grid: Grid,
     /// Whether cells were held against the truth.
     pub with_truth: bool,
-    /// Whether the log was read to its end without loss.
-    pub complete: bool,
-    /// What a person should know of the log.
-    pub notes: Vec<String>,
-    /// What could not be read of it.
-    pub losses: Vec<String>,
     /// By what the cells are ranked.
     pub ranked_by: Vec<&'static Column>,
     /// The log without the sweep.
@@ -43,18 +37,18 @@ pub struct Cell {
 #[derive(Debug)]
 pub enum Lead {
     /// They differ first in this column, the best cell being better in it.
-    Better(Difference),
+    Better(LeadDifference),
     /// No ranked column tells them apart.
     Alike,
     /// The grid leaves out what is configured, which is better than all of it.
-    Worse(Difference),
+    Worse(LeadDifference),
     /// The configuration cannot be replayed without the sweep.
     Failed(String),
 }
 
 /// Where the best cell and the configured values differ first.
 #[derive(Debug)]
-pub struct Difference {
+pub struct LeadDifference {
     /// The column.
     pub column: &'static Column,
     /// In it, of the best cell and of what is configured; `None` where there is no such number.
@@ -132,7 +126,7 @@ impl Sweep {
         let Some((alike, column)) = first else {
             return Some(Lead::Alike);
         };
-        let difference = Difference {
+        let difference = LeadDifference {
             column,
             best: (column.of)(best),
             configured: (column.of)(configured),
@@ -146,7 +140,7 @@ impl Sweep {
     }
 }
 
-impl Difference {
+impl LeadDifference {
     /// Whether a table shows both numbers alike.
     pub fn is_small(&self) -> bool {
         let shown = |number| self.column.number(number);

@@ -133,6 +133,13 @@ pub struct About {
     pub losses: Vec<String>,
 }
 
+impl About {
+    /// Whether the log was read to its end without loss.
+    pub fn is_complete(&self) -> bool {
+        self.losses.is_empty()
+    }
+}
+
 /// Runs single cells.
 pub struct Runner<'a> {
     plan: &'a Plan<'a>,
@@ -141,8 +148,9 @@ pub struct Runner<'a> {
     log: Option<Log>,
     /// What the ranges' noise is taken to be where no axis says it.
     sigma_abs: Option<f64>,
-    has_truth: bool,
-    about: About,
+    /// Whether cells are held against the truth.
+    pub has_truth: bool,
+    pub about: About,
 }
 
 impl<'a> Runner<'a> {
@@ -191,16 +199,6 @@ impl<'a> Runner<'a> {
             has_truth,
             about,
         })
-    }
-
-    /// Whether cells are held against the truth.
-    pub fn has_truth(&self) -> bool {
-        self.has_truth
-    }
-
-    /// What the log itself says.
-    pub fn into_about(self) -> About {
-        self.about
     }
 
     /// Replays and scores the log without the sweep.

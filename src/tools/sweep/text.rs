@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::columns::{Better, Column, columns};
 use super::grid::Axis;
-use super::result::{Difference, Lead, Sweep};
+use super::result::{Lead, LeadDifference, Sweep};
 use crate::core::legible::one_line;
 use crate::core::wording::counted;
 use crate::io::log::itemised;
@@ -45,8 +45,12 @@ fn head(sweep: &Sweep) -> String {
     });
     format!(
         "{}{}: {}, {}; {}\nranked by {}\n\n",
-        one_line(&sweep.file),
-        if sweep.complete { "" } else { " (INCOMPLETE)" },
+        one_line(&sweep.log.file),
+        if sweep.log.is_complete() {
+            ""
+        } else {
+            " (INCOMPLETE)"
+        },
         counted(sweep.cells.len() as u64, "cell"),
         axes.collect::<Vec<_>>().join(", "),
         if sweep.with_truth {
@@ -110,12 +114,12 @@ fn failures(sweep: &Sweep) -> String {
 /// What a person must know of the log.
 pub fn problems(sweep: &Sweep) -> String {
     let mut text = String::new();
-    for note in &sweep.notes {
+    for note in &sweep.log.notes {
         let _ = writeln!(text, "note: {note}");
     }
-    if !sweep.losses.is_empty() {
-        let losses = itemised(&sweep.losses);
-        let file = one_line(&sweep.file);
+    if !sweep.log.losses.is_empty() {
+        let losses = itemised(&sweep.log.losses);
+        let file = one_line(&sweep.log.file);
         let _ = writeln!(
             text,
             "warning: {file} could not be read whole. Lost:{losses}"
@@ -195,7 +199,7 @@ pub fn lead(sweep: &Sweep) -> String {
     }
 }
 
-fn by(sweep: &Sweep, difference: &Difference) -> String {
+fn by(sweep: &Sweep, difference: &LeadDifference) -> String {
     let column = difference.column;
     let before = sweep.ranked_by.iter().take(difference.alike);
     let before: Vec<&str> = before.map(|column| column.heading()).collect();

@@ -9,7 +9,7 @@ use tmam_replay::core::world::World;
 use tmam_replay::io::config::file::parse;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
-use tmam_replay::tools::evaluate::{Evaluation, Truth, path};
+use tmam_replay::tools::evaluate::{Evaluation, Truth};
 use tmam_replay::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
 };

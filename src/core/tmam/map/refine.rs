@@ -5,7 +5,7 @@
 //! of a noisy log are never used, and near a wall's end some are used for the wrong one. The map
 //! knows better: by the pose alone it says which feature should have echoed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::ends;
 use super::fusion::alike;
@@ -56,12 +56,9 @@ pub fn refine(
     let mut owners: Vec<Option<u32>> = Vec::new();
     for round in 0..MAX_ROUNDS {
         let reach = if round < 2 { &at_first } else { &settled };
-        let associations = associations(&refined, arcs, reach);
-        if let Some(doubled) = doubled(&refined, &associations, bounds.match_distance) {
-            if let Some(feature) = refined.iter_mut().find(|f| f.id == doubled) {
-                feature.status = Status::Tentative;
-            }
-            continue;
+        let mut associations = associated(&refined, arcs, reach);
+        if doubt_doubles(&mut refined, &associations, bounds.match_distance) {
+            associations = associated(&refined, arcs, reach);
         }
         let now: Vec<Option<u32>> = associations.iter().map(Association::owner).collect();
         if now == owners {
@@ -87,27 +84,45 @@ pub fn refine(
         .collect()
 }
 
-fn associations(features: &[MapFeature], arcs: &[Arc], reach: &Reach) -> Vec<Association> {
+fn associated(features: &[MapFeature], arcs: &[Arc], reach: &Reach) -> Vec<Association> {
     let prediction = MapPrediction::new(features, reach);
     arcs.iter().map(|arc| prediction.associate(arc)).collect()
 }
 
-/// The weakest feature that looks like a stronger one and explains next to nothing that others do
-/// not explain as well.
+/// Leaves tentative what looks like a stronger feature and explains next to nothing that others do not
+/// explain as well, the weakest first; whether there was anything.
+fn doubt_doubles(
+    features: &mut [MapFeature],
+    associations: &[Association],
+    match_distance: f64,
+) -> bool {
+    let mut found = false;
+    while let Some(doubled) = doubled(features, associations, match_distance) {
+        for feature in features.iter_mut().filter(|f| f.id == doubled) {
+            feature.status = Status::Tentative;
+            found = true;
+        }
+    }
+    found
+}
+
 fn doubled(
     features: &[MapFeature],
     associations: &[Association],
     match_distance: f64,
 ) -> Option<u32> {
     let mut explained: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
+    let confirmed = || features.iter().filter(|f| f.status == Status::Confirmed);
+    let ids: BTreeSet<u32> = confirmed().map(|feature| feature.id).collect();
     for association in associations {
-        for id in association.all() {
-            let (all, alone) = explained.entry(*id).or_default();
+        let by = association.all().iter().filter(|id| ids.contains(id));
+        let by: Vec<&u32> = by.collect();
+        for id in &by {
+            let (all, alone) = explained.entry(**id).or_default();
             *all += 1;
-            *alone += usize::from(association.all().len() == 1);
+            *alone += usize::from(by.len() == 1);
         }
     }
-    let confirmed = || features.iter().filter(|f| f.status == Status::Confirmed);
     confirmed()
         .filter(|weak| {
             confirmed().any(|strong| {

@@ -4,7 +4,6 @@ use crate::core::event::SonarId;
 use crate::core::geometry::Pose2;
 use crate::core::tmam::arc::ArcId;
 use crate::core::tmam::label::{Kind, Reason};
-use crate::core::tmam::rule::PaperRule;
 
 /// Along x at 10 cm a step and a step a second, looking left at a wall 2 m away.
 fn wall(frame: u32) -> Arc {
@@ -25,12 +24,13 @@ fn wall(frame: u32) -> Arc {
 fn decide(entries: impl IntoIterator<Item = Option<Arc>>) -> (Vec<(u32, Label)>, Vec<Run>) {
     let config = Config::with_rule(config::Rule::Paper);
     let gate = Gate::new(config.opinion.gate);
+    let rule = Policies::of(&config, &gate);
     let (mut stream, mut runs) = (Stream::default(), Vec::new());
     for next in entries.into_iter().chain([None]) {
         stream.triple(next, &config, &gate);
         stream.window(next, &config, &gate);
-        while let Some((report, decision)) = stream.label(&PaperRule) {
-            runs.extend(stream.run(&PaperRule, &report, &decision));
+        while let Some((report, decision)) = stream.label(&rule) {
+            runs.extend(stream.run(&rule, &report, &decision));
         }
     }
     let reports = stream.into_reports();

@@ -46,7 +46,7 @@ fn turns(a: &Arc, b: &Arc, c: &Arc, bounds: &Triple) -> bool {
         ..Config::default()
     };
     let ways = [Way::between(a, b), Way::between(b, c)];
-    let found = obstacle(&ways[0], &ways[1], bend(&[*a, *b, *c]), &config);
+    let found = obstacle([&ways[0], &ways[1]], bend(&[*a, *b, *c]), &config);
     found == Some(Reason::Turning)
 }
 

@@ -1,5 +1,6 @@
 //! Writes the parts of a blueprint: views, containers and their settings.
 
+use rerun::AsComponents;
 use rerun::blueprint::components::{
     ActiveTab, AutoLayout, AutoViews, ColumnShare, ContainerKind, IncludedContent, PanelState,
     QueryExpression, RootContainer, RowShare, ViewClass,
@@ -10,67 +11,55 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
     ContainerBlueprint, PanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use rerun::external::uuid::Uuid;
-use rerun::{AsComponents, EntityPath};
 
 use crate::observe::recording::canvas::Canvas;
 use crate::observe::viewer::Error;
 
-/// A container or view, the same in every recording.
-pub trait Part: Copy {
-    /// The number behind it.
-    fn uuid(self) -> Uuid;
+/// The first of the ids; those of recordings of a replay follow, those of grids have the next bit set.
+const FIRST_UUID: u128 = 0x746d_616d_0000_4000_8000_0000_0000_0000;
 
-    /// Whether it holds others.
-    fn is_container(self) -> bool;
+/// A container or view, with the same id in every recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    kind: &'static str,
+    number: u128,
+}
+
+impl Part {
+    pub const fn view(number: u128) -> Self {
+        Self {
+            kind: "view",
+            number,
+        }
+    }
+
+    pub const fn container(number: u128) -> Self {
+        Self {
+            kind: "container",
+            number,
+        }
+    }
+
+    pub fn uuid(self) -> Uuid {
+        Uuid::from_u128(FIRST_UUID | self.number)
+    }
 
     /// Where it stands in the blueprint.
     fn path(self) -> String {
-        let kind = if self.is_container() {
-            "container"
-        } else {
-            "view"
-        };
-        format!("{kind}/{}", self.uuid())
+        format!("{}/{}", self.kind, self.uuid())
     }
 }
 
-/// The first of the ids; those of recordings of a replay follow, those of grids have the next bit set.
-pub const FIRST_UUID: u128 = 0x746d_616d_0000_4000_8000_0000_0000_0000;
-
-/// Writes the parts of the blueprint.
-pub struct Writer<'a, 'b> {
-    canvas: &'a mut Canvas<'b>,
-}
-
-impl<'a, 'b> Writer<'a, 'b> {
-    /// A blueprint without parts.
-    pub fn new(canvas: &'a mut Canvas<'b>) -> Self {
-        Self { canvas }
-    }
-
-    /// Any part.
-    pub fn put(
-        &mut self,
-        path: impl Into<EntityPath>,
-        what: &dyn AsComponents,
-    ) -> Result<(), Error> {
-        self.canvas.part(path, what)
-    }
-
+/// The parts of a blueprint.
+impl Canvas<'_> {
     /// A view of the entities that `query` selects.
-    pub fn view(
-        &mut self,
-        id: impl Part,
-        class: &str,
-        name: &str,
-        query: &[&str],
-    ) -> Result<(), Error> {
+    pub fn view(&mut self, id: Part, class: &str, name: &str, query: &[&str]) -> Result<(), Error> {
         let path = id.path();
-        self.put(
+        self.part(
             format!("{path}/ViewContents"),
             &ViewContents::new(query.iter().map(|q| QueryExpression((*q).into()))),
         )?;
-        self.put(
+        self.part(
             path,
             &ViewBlueprint::new(ViewClass(class.into()))
                 .with_display_name(Name(name.into()))
@@ -79,21 +68,16 @@ impl<'a, 'b> Writer<'a, 'b> {
     }
 
     /// A setting of a view.
-    pub fn property(
-        &mut self,
-        id: impl Part,
-        name: &str,
-        what: &dyn AsComponents,
-    ) -> Result<(), Error> {
-        self.put(format!("{}/{name}", id.path()), what)
+    pub fn property(&mut self, id: Part, name: &str, what: &dyn AsComponents) -> Result<(), Error> {
+        self.part(format!("{}/{name}", id.path()), what)
     }
 
     /// A container; the first of its tabs is open.
-    pub fn container<P: Part>(
+    pub fn container(
         &mut self,
-        id: P,
+        id: Part,
         kind: ContainerKind,
-        contents: &[P],
+        contents: &[Part],
         shares: &[f32],
     ) -> Result<(), Error> {
         let container = ContainerBlueprint::new(kind).with_contents(
@@ -110,18 +94,18 @@ impl<'a, 'b> Writer<'a, 'b> {
                 None => container,
             },
         };
-        self.put(id.path(), &container)
+        self.part(id.path(), &container)
     }
 
     /// What stands on the tab of a container.
-    pub fn name(&mut self, id: impl Part, name: &str) -> Result<(), Error> {
+    pub fn name(&mut self, id: Part, name: &str) -> Result<(), Error> {
         let name = ContainerBlueprint::update_fields().with_display_name(Name(name.into()));
-        self.put(id.path(), &name)
+        self.part(id.path(), &name)
     }
 
     /// The whole window, with the side panels folded.
-    pub fn window(&mut self, root: impl Part) -> Result<(), Error> {
-        self.put(
+    pub fn window(&mut self, root: Part) -> Result<(), Error> {
+        self.part(
             "viewport",
             &ViewportBlueprint::new()
                 .with_root_container(RootContainer(root.uuid().into()))
@@ -129,7 +113,7 @@ impl<'a, 'b> Writer<'a, 'b> {
                 .with_auto_views(AutoViews(Bool(false))),
         )?;
         for panel in ["blueprint_panel", "selection_panel"] {
-            self.put(
+            self.part(
                 panel,
                 &PanelBlueprint::new().with_state(PanelState::Collapsed),
             )?;

@@ -4,13 +4,13 @@ use rerun::external::re_log_encoding::{MessageHeader, StreamFooter, StreamHeader
 
 use super::*;
 use crate::observe::recording::encode::{RrdWriter, named_ids};
-use crate::observe::recording::plane::Origin;
+use crate::observe::recording::plane::PlaneOrigin;
 
 fn recording(carried: Option<&Carried>) -> Vec<u8> {
     let ids = named_ids("tmam", "a.mcap", "r".to_owned());
     let mut bytes = Vec::new();
     let file = RrdWriter::new(Some(&mut bytes), None, ids, 5).unwrap();
-    let mut canvas = Canvas::new(file, 5, Origin::default(), &[]);
+    let mut canvas = Canvas::new(file, 5, PlaneOrigin::default(), &[]);
     canvas.put("/about", &TextDocument::new("about")).unwrap();
     if let Some(carried) = carried {
         put(carried, &mut canvas).unwrap();

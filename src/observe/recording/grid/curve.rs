@@ -1,15 +1,14 @@
 //! A curve over one key.
 
-use super::drawing::{Drawing, HEIGHT, WIDTH, ticks};
-use super::picture::{BEST, CONFIGURED, Picture, best, range};
-use crate::observe::drawing::{Column, Grid};
+use super::drawing::{BEST, CONFIGURED, Drawing, HEIGHT, Picture, WIDTH, best, range, ticks};
+use crate::observe::drawing::{DrawnColumn, DrawnGrid};
 use crate::observe::recording::style::{CONTACT, UNIDENTIFIED};
 
 /// Values that are written at the left.
 const LEVELS: usize = 5;
 
 /// The curve of a column over the only key.
-pub fn draw(grid: &Grid, column: usize) -> Option<Picture> {
+pub fn draw(grid: &DrawnGrid, column: usize) -> Option<Picture> {
     let (axis, known) = (grid.axes.first()?, grid.columns.get(column)?);
     let points = grid.cells.iter().filter_map(|cell| {
         let value = *axis.values.get(*cell.places.first()?)?;
@@ -79,7 +78,7 @@ pub fn draw(grid: &Grid, column: usize) -> Option<Picture> {
 }
 
 /// How many decimals tell levels apart that are so far from each other, a column's own at the least.
-fn decimals(column: &Column, apart: f64) -> usize {
+fn decimals(column: &DrawnColumn, apart: f64) -> usize {
     let apart = apart * column.scale;
     let enough = |decimals: &usize| apart * libm::pow(10.0, *decimals as f64) >= 1.0;
     let most = if apart > 0.0 {
@@ -97,7 +96,7 @@ mod tests {
     #[test]
     fn levels_that_differ_are_written_differently() {
         // A share of 0 to 0.2 %, told in percent with one decimal.
-        let column = Column {
+        let column = DrawnColumn {
             heading: "suspect %".to_owned(),
             low_is_better: true,
             decimals: 1,

@@ -1,9 +1,11 @@
-//! Lines, dots, texts and an image in a plane whose y points down.
+//! A picture of a sweep: lines, dots, texts and an image in a plane whose y points down, under a title.
 
 use rerun::{Color, Image, LineStrips2D, Points2D};
 
+use crate::observe::drawing::{DrawnCell, DrawnColumn, DrawnGrid};
 use crate::observe::recording::canvas::Canvas;
 use crate::observe::recording::entity::ui;
+use crate::observe::recording::style;
 use crate::observe::viewer::Error;
 
 /// Width of what is drawn, in its own units.
@@ -31,6 +33,11 @@ const LINE: f32 = 18.0;
 const RISE: f32 = 11.0;
 
 const TEXT: Color = Color(rerun::Rgba32::from_rgb(0xe0, 0xe2, 0xe6));
+
+/// The colour of the best cells.
+pub const BEST: Color = style::BOUND;
+/// The colour of what is configured.
+pub const CONFIGURED: Color = style::rgb(0xff, 0xff, 0xff);
 
 /// A picture being drawn.
 #[derive(Default)]
@@ -114,6 +121,54 @@ impl Drawing {
         }
         Ok(())
     }
+}
+
+/// One picture under its title.
+pub struct Picture {
+    pub title: String,
+    /// Whether it shows the same number everywhere.
+    pub is_flat: bool,
+    pub drawing: Drawing,
+}
+
+impl Picture {
+    /// A drawing of a column whose numbers lie in a range.
+    pub fn new(column: &DrawnColumn, [low, high]: [f64; 2], drawing: Drawing) -> Self {
+        let (name, decimals) = (&column.heading, column.decimals);
+        let better = if column.low_is_better { "low" } else { "high" };
+        let texts = [low, high].map(|x| format!("{:.decimals$}", x * column.scale));
+        let [first, last] = &texts;
+        Self {
+            title: if first == last {
+                format!("{name}: {first} everywhere")
+            } else {
+                format!("{name}: {first} to {last}, {better} is better")
+            },
+            is_flat: high <= low,
+            drawing,
+        }
+    }
+}
+
+/// The least and the greatest of some numbers.
+pub fn range(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+        [low.min(x), high.max(x)]
+    })
+}
+
+/// The places, on some axes, of the cells that are best; none where all are alike.
+pub fn best<const N: usize>(grid: &DrawnGrid, axes: [usize; N]) -> Vec<[usize; N]> {
+    let best = grid.cells.iter().take(grid.best);
+    let mut places: Vec<[usize; N]> = best.map(|cell| places(cell, axes)).collect();
+    places.sort_unstable();
+    places.dedup();
+    places
+}
+
+/// The places of a cell on some axes.
+pub fn places<const N: usize>(cell: &DrawnCell, axes: [usize; N]) -> [usize; N] {
+    axes.map(|axis| cell.places.get(axis).copied().unwrap_or_default())
 }
 
 /// How wide a text is written.

@@ -1,8 +1,9 @@
 //! A heat map over two keys.
 
-use super::drawing::{Drawing, HEIGHT, WIDTH, have_room, ticks};
-use super::picture::{BEST, CONFIGURED, Picture, best, places, range};
-use crate::observe::drawing::{Axis, Grid};
+use super::drawing::{
+    BEST, CONFIGURED, Drawing, HEIGHT, Picture, WIDTH, best, have_room, places, range, ticks,
+};
+use crate::observe::drawing::{DrawnAxis, DrawnGrid};
 
 /// More cells than this have no numbers at all.
 const MOST_NUMBERS: usize = 2_000;
@@ -10,7 +11,7 @@ const MOST_NUMBERS: usize = 2_000;
 const FAILED: [u8; 3] = [0x50, 0x50, 0x50];
 
 /// The heat map of a column over the keys `along` and `up`.
-pub fn draw(grid: &Grid, axes: [usize; 2], column: usize) -> Option<Picture> {
+pub fn draw(grid: &DrawnGrid, axes: [usize; 2], column: usize) -> Option<Picture> {
     let (known, [along, up]) = (grid.columns.get(column)?, axes);
     let (along, up) = (grid.axes.get(along)?, grid.axes.get(up)?);
     let (wide, high) = (along.values.len(), up.values.len());
@@ -82,7 +83,7 @@ pub fn draw(grid: &Grid, axes: [usize; 2], column: usize) -> Option<Picture> {
 }
 
 /// The place of the configured value, where it is one of those that were swept.
-fn configured(axis: &Axis) -> Option<usize> {
+fn configured(axis: &DrawnAxis) -> Option<usize> {
     let value = axis.configured?;
     let slack = 1e-6 * value.abs().max(1e-3);
     axis.values.iter().position(|v| (v - value).abs() <= slack)
@@ -91,7 +92,7 @@ fn configured(axis: &Axis) -> Option<usize> {
 /// The numbers of the best of the cells behind every place by the sweep's ranking, row by row from the
 /// first value of the second key on: the same cells in every picture.
 fn first_behind(
-    grid: &Grid,
+    grid: &DrawnGrid,
     axes: [usize; 2],
     [wide, high]: [usize; 2],
 ) -> Vec<Option<&[Option<f64>]>> {
@@ -120,7 +121,7 @@ fn pixels(colors: &[[u8; 3]], [wide, high]: [usize; 2]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observe::drawing::Cell;
+    use crate::observe::drawing::DrawnCell;
 
     #[test]
     fn an_image_is_of_one_size_whatever_the_grid() {
@@ -136,7 +137,7 @@ mod tests {
     #[test]
     fn every_place_shows_the_first_of_the_cells_behind_it() {
         let mut grid = super::super::tests::grid(&[("a", &[1.0, 2.0]), ("b", &[1.0, 2.0])]);
-        let cell = |places: [usize; 3], number| Cell {
+        let cell = |places: [usize; 3], number| DrawnCell {
             places: places.to_vec(),
             numbers: Some(vec![number]),
         };

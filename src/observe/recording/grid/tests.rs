@@ -1,12 +1,12 @@
 use rerun::external::re_sdk_types::blueprint::archetypes::ContainerBlueprint;
 use rerun::{Points2D, StoreKind};
 
-use crate::observe::drawing::{Axis, Cell, Column, Grid};
+use crate::observe::drawing::{DrawnAxis, DrawnCell, DrawnColumn, DrawnGrid};
 use crate::observe::recording::tests::chunks;
 
 /// A grid over some keys whose number is the sum of its values along all of them but `alpha` and `beta`.
-pub fn grid(axes: &[(&str, &[f64])]) -> Grid {
-    let axis = |(key, values): &(&str, &[f64])| Axis {
+pub fn grid(axes: &[(&str, &[f64])]) -> DrawnGrid {
+    let axis = |(key, values): &(&str, &[f64])| DrawnAxis {
         short: (*key).to_owned(),
         name: (*key).to_owned(),
         heading: (*key).to_owned(),
@@ -26,17 +26,17 @@ pub fn grid(axes: &[(&str, &[f64])]) -> Grid {
         let told = told.filter(|((key, _), _)| !["alpha", "beta"].contains(key));
         told.map(|((_, values), place)| values[*place]).sum()
     };
-    let cells = places.into_iter().map(|places| Cell {
+    let cells = places.into_iter().map(|places| DrawnCell {
         numbers: Some(vec![Some(number(&places))]),
         places,
     });
-    Grid {
+    DrawnGrid {
         file: "log.mcap".to_owned(),
         content: Vec::new(),
         conclusion: String::new(),
         ranked_by: "without the truth",
         axes: axes.iter().map(axis).collect(),
-        columns: vec![Column {
+        columns: vec![DrawnColumn {
             heading: "bits".to_owned(),
             low_is_better: true,
             decimals: 3,
@@ -47,7 +47,7 @@ pub fn grid(axes: &[(&str, &[f64])]) -> Grid {
     }
 }
 
-fn written(grid: &Grid) -> Vec<u8> {
+fn written(grid: &DrawnGrid) -> Vec<u8> {
     let mut bytes = Vec::new();
     super::write_grid(&mut bytes, grid).unwrap();
     bytes
@@ -92,7 +92,7 @@ fn every_tab_is_named_by_its_keys_and_those_that_tell_nothing_come_last() {
 #[test]
 fn numbers_without_room_are_read_by_pointing_at_them() {
     let labels = Points2D::descriptor_labels().component;
-    let of = |grid: &Grid, name: &str| {
+    let of = |grid: &DrawnGrid, name: &str| {
         let entity = format!("/pictures/0/{name}");
         texts(&written(grid), StoreKind::Recording, &entity, labels)
     };
@@ -104,4 +104,12 @@ fn numbers_without_room_are_read_by_pointing_at_them() {
     let wide = grid(&[("step", &steps), ("gamma", &[6.0, 8.0])]);
     assert_eq!(of(&wide, "values").len(), 22);
     assert!(of(&wide, "texts").len() < 2 + 11 + 2);
+}
+
+#[test]
+fn columns_that_would_be_cut_are_left_out() {
+    let row = |widths: &[usize]| widths.iter().map(|n| "x".repeat(*n)).collect::<Vec<_>>();
+    assert_eq!(super::fitting(&[row(&[20, 20, 20]), row(&[1, 1, 1])]), 3);
+    assert_eq!(super::fitting(&[row(&[20, 20, 20]), row(&[1, 30, 1])]), 2);
+    assert_eq!(super::fitting(&[row(&[200, 1])]), 1);
 }

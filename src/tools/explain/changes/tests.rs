@@ -37,12 +37,11 @@ fn few_digits_but_enough() {
 const BEAM: f64 = 0.4;
 
 fn angles(theta_c: f64, theta_i: f64) -> Angles {
-    let at = Some(nalgebra::Vector2::zeros());
     Angles {
         theta_c,
         theta_i,
-        contact_points: [[at; 2]; 2],
-        intersection_points: [[at; 2]; 2],
+        contact: [[true; 2]; 2],
+        intersection: [[true; 2]; 2],
     }
 }
 
@@ -52,7 +51,7 @@ fn label(theta_c: f64, theta_i: f64, bounds: &Triple) -> Label {
 }
 
 /// The parameters with every need of a change passed, or missed, by a hair.
-fn moved(change: &Change, bounds: &Triple, passed: bool) -> Triple {
+fn moved(change: &LabelChange, bounds: &Triple, passed: bool) -> Triple {
     let mut moved = bounds.clone();
     for need in &change.needs {
         let hair = if passed == need.relation.is_upward() {
@@ -71,7 +70,7 @@ fn moved(change: &Change, bounds: &Triple, passed: bool) -> Triple {
 }
 
 /// The parameters as a person would type them.
-fn typed(change: &Change, bounds: &Triple) -> Triple {
+fn typed(change: &LabelChange, bounds: &Triple) -> Triple {
     let mut typed = bounds.clone();
     for need in &change.needs {
         let value = need.value().unwrap();
@@ -178,8 +177,8 @@ proptest! {
         let config = Config { rule: Rule::NoiseAware, ..Config::default() };
         let reports = reports(&noise, sigma, &config);
         prop_assert_eq!(reports.len(), noise.len());
-        let sequence: Vec<Given<'_>> = (reports.iter())
-            .map(|report| Given { frame: report.arc.id.frame, report: Some(report) })
+        let sequence: Vec<SonarEntry<'_>> = (reports.iter())
+            .map(|report| SonarEntry { frame: report.arc.id.frame, report: Some(report) })
             .collect();
         for (place, report) in reports.iter().enumerate() {
             let windows = Windows::new(&sequence, place, &config);

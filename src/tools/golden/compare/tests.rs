@@ -1,6 +1,6 @@
 use proptest::prelude::*;
 
-use super::super::report::describe;
+use super::super::difference::describe;
 use super::super::results::Mark::{Contact, Intersection, Unidentified};
 use super::super::results::Measured;
 use super::*;

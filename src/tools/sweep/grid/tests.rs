@@ -1,7 +1,7 @@
 use super::*;
 
 fn of(spec: &str) -> Vec<f64> {
-    values("key", spec).unwrap()
+    values(spec).unwrap()
 }
 
 fn said(key: &str, spec: &str) -> String {

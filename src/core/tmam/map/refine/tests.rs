@@ -132,6 +132,17 @@ fn a_corner_that_is_there_twice_is_confirmed_once() {
 }
 
 #[test]
+fn doubles_take_no_rounds_from_the_fits() {
+    let twins = (2..20).map(|id| point(id, CORNER + Vec2::new(0.0002 * f64::from(id), 0.0), 20));
+    let once = [wall(0.004, 0.003, 2.2), point(1, CORNER, 40)];
+    let map: Vec<MapFeature> = once.into_iter().chain(twins).collect();
+    let found = gathered(&map, &arcs(2));
+    let tentative = found.iter().filter(|f| f.status == Status::Tentative);
+    assert_eq!(tentative.count(), 18);
+    assert_eq!(line(&found), line(&gathered(&once, &arcs(2))));
+}
+
+#[test]
 fn what_the_readings_do_not_agree_on_stays_as_it_was() {
     // Half of the readings 4 standard deviations off to either side, as when odometry drifts.
     let map = [wall(0.0, 0.0, 2.0)];
