@@ -11,6 +11,7 @@
 mod support;
 
 mod bad_input;
+mod drift;
 mod encodings;
 mod evaluate;
 mod explain;

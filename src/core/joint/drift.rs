@@ -215,3 +215,66 @@ impl DriftEstimator {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_derivatives_are_those_of_the_residual(
+            x in -5.0..5.0, y in -5.0..5.0, a in -3.0..3.0, dx in -0.3..0.3, dy in -0.3..0.3, da in -0.5..0.5,
+        ) {
+            const STEP: f64 = 1e-6;
+            let (earlier, later) = (Pose2::new(x, y, a), Pose2::new(x + dx, y + dy, a + da));
+            let increment = Increment {
+                earlier_from_later: Pose2::new(0.1, 0.02, 0.1),
+                driven: 0.11,
+                turned: 0.1,
+            };
+            let scales = Vector2::new(0.01, -0.02);
+            let moved = |pose: &Pose2, step: Vector3<f64>| {
+                Pose2::new(pose.x + step.x, pose.y + step.y, pose.yaw + step.z)
+            };
+            let [by_earlier, by_later] = increment.by_poses(&earlier, &later);
+            for axis in 0..3 {
+                let step = Vector3::ith(axis, STEP);
+                let of = |a: Vector3<f64>, b: Vector3<f64>| {
+                    increment.residual(&moved(&earlier, a), &moved(&later, b), &scales)
+                };
+                let none = Vector3::zeros();
+                let found = (of(step, none) - of(-step, none)) / (2.0 * STEP);
+                prop_assert!((found - by_earlier.column(axis)).norm() < 1e-6);
+                let found = (of(none, step) - of(none, -step)) / (2.0 * STEP);
+                prop_assert!((found - by_later.column(axis)).norm() < 1e-6);
+            }
+            for axis in 0..2 {
+                let step = Vector2::ith(axis, STEP);
+                let of = |scales| increment.residual(&earlier, &later, &scales);
+                let found = (of(scales + step) - of(scales - step)) / (2.0 * STEP);
+                prop_assert!((found - increment.by_scales().column(axis)).norm() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_heading_that_swings_carries_the_robot_aside() {
+        let increment = Increment {
+            earlier_from_later: Pose2::new(0.0, 1.0, 0.0),
+            driven: 1.0,
+            turned: 0.0,
+        };
+        let drift = Drift {
+            distance: 0.01,
+            heading: 0.06,
+            turn: 0.0,
+        };
+        let covariance = increment.covariance(&drift);
+        // It drives along y, so that aside is x.
+        assert!((covariance.m22.sqrt() - 0.01).abs() < 1e-4, "{covariance}");
+        assert!((covariance.m33.sqrt() - 0.06).abs() < 1e-4, "{covariance}");
+        assert!((covariance.m11.sqrt() - 0.06 / 3.0_f64.sqrt()).abs() < 1e-3);
+        assert!(covariance.m13 < 0.0, "a turn to the left carries it to -x");
+    }
+}

@@ -141,3 +141,68 @@ impl Landmark {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn line(x: f64, y: f64, distance: f64, theta: f64) -> Landmark {
+        Landmark::Line {
+            origin: Vec2::new(x, y),
+            local: Vector2::new(distance, theta),
+        }
+    }
+
+    fn hold_derivatives(landmark: Landmark, sensor: Vec2) -> Result<(), TestCaseError> {
+        const STEP: f64 = 1e-6;
+        let predicted = landmark.predict(sensor).unwrap();
+        prop_assume!(predicted.range > 0.05);
+        for axis in 0..2 {
+            let step = Vector2::ith(axis, STEP);
+            let range = |landmark: Landmark, sensor| landmark.predict(sensor).unwrap().range;
+            let by_landmark = (range(landmark.moved(step), sensor)
+                - range(landmark.moved(-step), sensor))
+                / (2.0 * STEP);
+            prop_assert!((by_landmark - predicted.by_landmark[axis]).abs() < 1e-6);
+            let by_sensor =
+                (range(landmark, sensor + step) - range(landmark, sensor - step)) / (2.0 * STEP);
+            prop_assert!((by_sensor - predicted.by_sensor[axis]).abs() < 1e-6);
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn the_derivatives_are_those_of_the_range(
+            x in -5.0..5.0, y in -5.0..5.0, d in -0.5..0.5, t in -3.0..3.0, sx in -5.0..5.0, sy in -5.0..5.0,
+        ) {
+            let sensor = Vec2::new(sx, sy);
+            hold_derivatives(line(x, y, d, t), sensor)?;
+            hold_derivatives(Landmark::Point(Vec2::new(x, y)), sensor)?;
+        }
+
+        #[test]
+        fn the_derivatives_of_a_difference_are_right(
+            d in -0.2..0.2, t in -0.3..0.3, e in -0.2..0.2_f64, px in -3.0..3.0, flipped: bool,
+        ) {
+            const STEP: f64 = 1e-6;
+            let a = line(0.0, 0.0, d, 1.0 + t);
+            let b = if flipped {
+                line(1.0, 0.5, -e, 1.0 + std::f64::consts::PI)
+            } else {
+                line(1.0, 0.5, e, 1.0)
+            };
+            let place = Vec2::new(px, 0.3);
+            let (_, [by_a, by_b]) = a.difference(&b, place).unwrap();
+            for axis in 0..2 {
+                let step = Vector2::ith(axis, STEP);
+                let apart = |a: Landmark, b: Landmark| a.difference(&b, place).unwrap().0;
+                let found_a = (apart(a.moved(step), b) - apart(a.moved(-step), b)) / (2.0 * STEP);
+                let found_b = (apart(a, b.moved(step)) - apart(a, b.moved(-step))) / (2.0 * STEP);
+                prop_assert!((found_a - by_a.column(axis)).norm() < 1e-6);
+                prop_assert!((found_b - by_b.column(axis)).norm() < 1e-6);
+            }
+        }
+    }
+}

@@ -260,3 +260,71 @@ fn meeting_place(a: &Seen, b: &Seen) -> Option<Vec2> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points with a standard deviation of 3 cm each, independent of each other.
+    fn points(places: &[(f64, f64)]) -> (Vec<Seen>, DMatrix<f64>) {
+        let seen = places.iter().enumerate().map(|(at, (x, y))| Seen {
+            landmark: Landmark::Point(Vec2::new(*x, *y)),
+            extent: None,
+            at: 2 + 2 * at,
+        });
+        let size = 2 + 2 * places.len();
+        (seen.collect(), DMatrix::identity(size, size) * 9e-4)
+    }
+
+    fn found(places: &[(f64, f64)]) -> Vec<(usize, usize)> {
+        let (seen, covariance) = points(places);
+        let pairs = pairs(&seen, covariance);
+        pairs.iter().map(|pair| (pair.first, pair.second)).collect()
+    }
+
+    #[test]
+    fn what_agrees_is_one() {
+        assert_eq!(found(&[(0.0, 0.0), (0.05, 0.05), (3.0, 0.0)]), [(0, 1)]);
+    }
+
+    #[test]
+    fn what_was_seen_three_times_is_one() {
+        assert_eq!(found(&[(0.0, 0.0), (0.05, 0.0), (0.02, 0.04)]).len(), 2);
+    }
+
+    #[test]
+    fn of_two_partners_that_fit_as_well_neither_is_taken() {
+        assert!(found(&[(0.0, 0.0), (0.09, 0.0), (-0.1, 0.0)]).is_empty());
+    }
+
+    #[test]
+    fn what_is_taken_in_moves_what_goes_with_it() {
+        // The second and the third are known to be a metre apart, to the millimetre.
+        let (seen, mut covariance) = points(&[(0.0, 0.0), (0.08, 0.0), (1.08, 0.0), (1.0, 0.0)]);
+        for axis in 0..2 {
+            let (b, c) = (4 + axis, 6 + axis);
+            covariance[(b, c)] = 9e-4 - 1e-6;
+            covariance[(c, b)] = 9e-4 - 1e-6;
+        }
+        let mut joint = Joint {
+            seen: seen.iter().copied().map(Some).collect(),
+            covariance,
+        };
+        let distance = |joint: &Joint| {
+            let [c, d] = [2, 3].map(|at| joint.seen[at].unwrap());
+            joint.distance(&c, &d).unwrap().0
+        };
+        let before = distance(&joint);
+        joint.unite(&Pair {
+            first: 0,
+            second: 1,
+            distance: 0.0,
+            doubt: 0.0,
+        });
+        assert!(
+            distance(&joint) < before / 2.0,
+            "{before} {}",
+            distance(&joint)
+        );
+    }
+}

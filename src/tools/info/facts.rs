@@ -9,8 +9,7 @@ use crate::core::event::RangeReading;
 use crate::core::observer::Source;
 use crate::core::rounding::optional;
 use crate::io::log::channels::ChannelReport;
-use crate::io::log::clock::ChannelClock;
-use crate::io::log::survey::Survey;
+use crate::io::log::survey::{ChannelClock, Survey};
 use crate::io::log::{ClockSet, LogError, MissingMount, Role};
 
 /// What a log holds.
