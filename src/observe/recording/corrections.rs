@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rerun::components::TextLogLevel;
 use rerun::{SeriesLines, TextDocument};
 
-use super::canvas::{Canvas, Message, Moment, Row, Strip};
+use super::canvas::{Canvas, LogLine, Moment, Shown, Strip};
 use super::entity::Entity;
 use super::map::ellipse;
 use super::style;
@@ -51,7 +51,7 @@ impl Corrections {
         let origin = canvas.origin;
         let from = self.before.replace(there).unwrap_or(there);
         let leg = Strip::from(vec![origin.xy(from), origin.xy(there)]);
-        canvas.row(Entity::OdometryPath, at, Row::Strips(vec![leg]))?;
+        canvas.row(Entity::OdometryPath, at, Shown::Strips(vec![leg]))?;
 
         let covariance = correction.covariance;
         let place = Point {
@@ -60,23 +60,23 @@ impl Corrections {
         };
         let outline = ellipse(&place).into_iter().map(|at| origin.xy(at));
         let outline = Strip::from(outline.collect::<Vec<_>>());
-        canvas.row(Entity::PoseCovariance, at, Row::Strips(vec![outline]))?;
+        canvas.row(Entity::PoseCovariance, at, Shown::Strips(vec![outline]))?;
 
         let sigma = (covariance.m11 + covariance.m22).max(0.0).sqrt();
-        let moved = Row::Numbers(vec![(here - there).norm(), sigma]);
+        let moved = Shown::Numbers(vec![(here - there).norm(), sigma]);
         canvas.row(Entity::Moved, at, moved)?;
         let turned = [
             wrap_angle(used.yaw - odometry.yaw),
             covariance.m33.max(0.0).sqrt(),
         ];
-        let turned = Row::Numbers(turned.map(f64::to_degrees).to_vec());
+        let turned = Shown::Numbers(turned.map(f64::to_degrees).to_vec());
         canvas.row(Entity::Turned, at, turned)
     }
 
     /// From this frame on the robot is nowhere, until it is drawn again.
     pub fn leave(&mut self, at: Moment, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         match self.before.take() {
-            Some(_) => canvas.row(Entity::PoseCovariance, at, Row::Strips(Vec::new())),
+            Some(_) => canvas.row(Entity::PoseCovariance, at, Shown::Strips(Vec::new())),
             None => Ok(()),
         }
     }
@@ -99,13 +99,13 @@ impl Corrections {
                 let way = before.into_iter().chain([closure.place, *here]);
                 Strip::named(way.map(|at| origin.xy(at)).collect(), describe(closure))
             });
-            canvas.row(Entity::Closures, *at, Row::Strips(links.collect()))?;
-            let messages = closures.iter().map(|closure| Message {
+            canvas.row(Entity::Closures, *at, Shown::Strips(links.collect()))?;
+            let messages = closures.iter().map(|closure| LogLine {
                 text: format!("loop closed: {}", describe(closure)),
                 level: TextLogLevel::INFO,
                 color: style::CLOSURE,
             });
-            canvas.row(Entity::ClosureLog, *at, Row::Messages(messages.collect()))?;
+            canvas.row(Entity::ClosureLog, *at, Shown::Messages(messages.collect()))?;
         }
         Ok(())
     }
