@@ -8,9 +8,11 @@ pub mod condition;
 pub mod feature;
 pub mod fit;
 pub mod gauss_newton;
+pub mod hearing;
 pub mod hypothesis;
 pub mod label;
 pub mod map;
+pub mod oblique;
 pub mod pair;
 pub mod prediction;
 pub mod report;
@@ -28,6 +30,7 @@ use std::collections::BTreeMap;
 use arc::Arc;
 use feature::{Action, Rejection};
 use fit::Fit;
+use hearing::Hearing;
 use hypothesis::{Gate, HypothesisTest};
 use map::Map;
 use rule::Policies;
@@ -94,7 +97,9 @@ impl Tmam {
         step.reports.extend(reports);
         step.reports.sort_by_key(|report| report.arc.id);
         let arcs: Vec<Arc> = step.reports.iter().map(|report| report.arc).collect();
-        step.settled = self.map.settle(&arcs);
+        let hearings = Hearing::of_sonars(&step.reports, &[]).into_iter();
+        let hardly = hearings.filter(|(_, hearing)| hearing.is_hardly_explained());
+        step.settled = (self.map).settle(&arcs, &hardly.map(|(sonar, _)| sonar).collect());
         step
     }
 

@@ -14,6 +14,7 @@ use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::statistics::seconds;
 use crate::core::tmam::feature::{Kind, MapFeature, Status};
+use crate::core::tmam::hearing::Hearing;
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
 use crate::io::config::keys;
@@ -143,6 +144,9 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
         }
         None => {}
     }
+    for row in hearing(setting, outcome) {
+        tell(&mut text, row);
+    }
     for row in [features(outcome), map(setting, outcome)] {
         tell(&mut text, row);
     }
@@ -183,6 +187,51 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
         let features = plural(closures, "feature");
         let _ = writeln!(text, "{:<10} {features} seen again as one", "");
     }
+}
+
+/// Rough walls and sonars of which hardly a triple is explained.
+fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
+    let mut rows = Vec::new();
+    let hearings = Hearing::of_sonars(&outcome.reports, &outcome.map);
+    let named = |told: &dyn Fn(&Hearing) -> Option<String>| {
+        let sonars = hearings.iter().filter_map(|(sonar, hearing)| {
+            let name = &setting.sonars.get(sonar.index())?.name;
+            Some(format!("{name} {}", told(hearing)?))
+        });
+        sonars.collect::<Vec<_>>()
+    };
+    let oblique = hearings.values().map(|hearing| hearing.oblique).sum();
+    if oblique > 0 {
+        let of_sonars = named(&|hearing| {
+            let beam = hearing.half_width.map(|half| {
+                let degrees = half.to_degrees();
+                format!(" (beam of +-{degrees:.1} deg)")
+            });
+            let count = hearing.oblique;
+            (count > 0).then(|| format!("{count}{}", beam.unwrap_or_default()))
+        });
+        let what = format!("arcs of rough walls at an angle: {}", of_sonars.join(", "));
+        rows.push(("oblique", oblique, what));
+    }
+    if setting.config.rule == Rule::Paper {
+        return rows;
+    }
+    let hardly = named(&|hearing| {
+        let share = 100.0 * hearing.explained as f64 / hearing.triples.max(1) as f64;
+        hearing
+            .is_hardly_explained()
+            .then(|| format!("{share:.0} %"))
+    });
+    if hardly.is_empty() {
+        return rows;
+    }
+    let what = format!(
+        "of which a wall or a point explains hardly a triple: {}; what one alone saw on one visit \
+         stays tentative",
+        hardly.join(", ")
+    );
+    rows.push(("sonars", hardly.len() as u64, what));
+    rows
 }
 
 fn tell(text: &mut String, (name, count, what): CountRow) {
@@ -273,7 +322,7 @@ fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) -> Opt
     let of_reason = |reason| outcome.reasons.get(reason).copied().unwrap_or_default();
     let neither = of_reason("neither");
     let labelled = outcome.labelled("contact") + outcome.labelled("intersection");
-    let triples = labelled + neither + of_reason("ambiguous");
+    let triples = labelled + neither + of_reason("ambiguous") + of_reason("oblique");
     let scatter = outcome.scattering.overall();
     if triples < ENOUGH
         || neither as f64 <= FITTING_NEITHER * triples as f64

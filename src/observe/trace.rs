@@ -40,6 +40,8 @@ struct TraceRow<'a> {
     wide_opinion: Option<&'static str>,
     wide_chi2_line: Option<f64>,
     wide_chi2_point: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    incidence: Option<f64>,
     map_opinion: Option<&'static str>,
     suspect: bool,
     feature: Option<u32>,
@@ -90,6 +92,7 @@ fn row<'a>(report: &ArcReport, sonars: &'a [Sonar], odometry: Option<&Pose2>) ->
         wide_opinion: window.map(|w| w.support.name()),
         wide_chi2_line: window.map(|w| rounded(w.chi2_line)),
         wide_chi2_point: window.map(|w| rounded(w.chi2_point)),
+        incidence: report.oblique.map(|wall| rounded(wall.incidence)),
         map_opinion: report.map.map(|m| m.support.name()),
         suspect: report.is_suspect(),
         feature: report.run.map(|run| run.extraction),

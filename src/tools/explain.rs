@@ -75,6 +75,9 @@ pub struct Explanation {
     pub also_near: Vec<Near>,
     pub label: Label,
     pub reason: Option<Reason>,
+    /// The rough wall that it came from, for the reason `oblique`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub oblique: Option<ObliqueStory>,
     /// `angles` or `opinion`.
     pub decided_by: &'static str,
     pub suspect: bool,
@@ -98,6 +101,19 @@ pub struct Explanation {
     pub map: Option<Prediction>,
     /// What echoed, where that is known.
     pub truth: Option<TruthStory>,
+}
+
+/// A rough wall that explains readings at an angle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ObliqueStory {
+    /// How many readings, the one after the arc and those before that.
+    pub readings: usize,
+    /// Squares that remain of the wall through the near edge of the beams.
+    #[serde(serialize_with = "number")]
+    pub chi2: f64,
+    /// Between that edge and the wall's normal.
+    #[serde(serialize_with = "number")]
+    pub incidence: f64,
 }
 
 /// Another arc that passes near a place.
@@ -180,6 +196,11 @@ impl Explanation {
             also_near: others.iter().take(NEAR).filter_map(near).collect(),
             label,
             reason: label.reason(),
+            oblique: report.oblique.map(|wall| ObliqueStory {
+                readings: wall.readings,
+                chi2: wall.chi2,
+                incidence: wall.incidence,
+            }),
             decided_by: if by_opinion { "opinion" } else { "angles" },
             suspect: report.is_suspect(),
             doubts: Doubt::all(report),
@@ -274,6 +295,9 @@ impl Explanation {
                 Reason::Neither => {
                     "UNIDENTIFIED: its readings come from neither one line nor one point"
                 }
+                Reason::Oblique => {
+                    "UNIDENTIFIED: its readings come from a rough wall that is seen at an angle"
+                }
             },
         };
         let mut text = format!(
@@ -291,6 +315,16 @@ impl Explanation {
             } else {
                 format!("It passes {away} from the place asked for.\n")
             });
+        }
+        if let Some(wall) = self.oblique {
+            let _ = writeln!(
+                text,
+                "A rough wall seen at {:.0} deg explains it: {} readings through the near edge of the beam, chi2 \
+                 {:.2}.",
+                wall.incidence.to_degrees(),
+                wall.readings,
+                wall.chi2
+            );
         }
         // What one types has three decimals at most.
         if let Some(late) = self.late.filter(|late| late.abs() > 1e-3) {

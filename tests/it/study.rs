@@ -17,9 +17,11 @@ use tables::Row;
 /// Seeds of the study.
 const SEEDS: u64 = 20;
 
-/// Where the tables stand on the page.
-const BEGIN: &str = "<!-- tables: begin -->\n";
-const END: &str = "<!-- tables: end -->\n";
+/// Where the tables of the room stand on the page.
+const ROOM: [&str; 2] = ["<!-- tables: begin -->\n", "<!-- tables: end -->\n"];
+
+/// Where those of other worlds do.
+const WORLDS: [&str; 2] = ["<!-- worlds: begin -->\n", "<!-- worlds: end -->\n"];
 
 /// Seeds of the drives that are not in the room's main tables, and of the switches.
 const FEWER_SEEDS: u64 = 10;
@@ -52,6 +54,19 @@ fn cases_of_switches() -> Vec<Case> {
     .to_vec()
 }
 
+/// Rough walls, cross-talk, posts in a row and the office.
+fn cases_of_worlds() -> Vec<Case> {
+    let rough = [0, 30, 100].map(Drive::Rough);
+    let posts = [25, 50, 100].map(Drive::Posts);
+    let in_the_room = rough.into_iter().chain([Drive::CrossTalk]).chain(posts);
+    let both = in_the_room.flat_map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }));
+    let office = [(1, false), (1, true), (2, true)].map(|(laps, drifts)| Case {
+        drive: Drive::Office { laps, drifts },
+        sigma: 0.003,
+    });
+    both.chain(office).collect()
+}
+
 fn rows(cases: &[Case], seeds: u64, rules: &Rules) -> Vec<Row> {
     let mut rows = Vec::new();
     for case in cases {
@@ -73,14 +88,25 @@ fn the_page_holds_what_the_study_finds() {
     found.push_str(&tables::others(&others, FEWER_SEEDS));
     let without = rows(&cases_of_switches(), FEWER_SEEDS, &Rules::without_each());
     found.push_str(&tables::switches(&without, FEWER_SEEDS));
-    println!("{found}");
+    hold(ROOM, &found);
+}
 
+#[test]
+#[ignore = "takes minutes; docs/evaluation.md says how to run it"]
+fn the_page_holds_what_the_study_finds_in_other_worlds() {
+    let found = rows(&cases_of_worlds(), FEWER_SEEDS, &Rules::noise_aware());
+    hold(WORLDS, &tables::worlds(&found, FEWER_SEEDS));
+}
+
+/// Holds the page to the tables that were found, or puts them there if that is asked for.
+fn hold([begin, end]: [&str; 2], found: &str) {
+    println!("{found}");
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evaluation.md");
     let text = fs::read_to_string(&page).unwrap();
-    let (head, rest) = text.split_once(BEGIN).unwrap();
-    let (held, tail) = rest.split_once(END).unwrap();
+    let (head, rest) = text.split_once(begin).unwrap();
+    let (held, tail) = rest.split_once(end).unwrap();
     if std::env::var_os("TMAM_UPDATE_DOCS").is_some() {
-        fs::write(&page, format!("{head}{BEGIN}{found}{END}{tail}")).unwrap();
+        fs::write(&page, format!("{head}{begin}{found}{end}{tail}")).unwrap();
     } else {
         assert!(
             held == found,

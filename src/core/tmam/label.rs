@@ -42,6 +42,8 @@ pub enum Reason {
     Ambiguous,
     /// Under the noise-aware rule: the readings around it come from different targets.
     Neither,
+    /// Under the noise-aware rule: they come from a rough wall that is seen at an angle.
+    Oblique,
 }
 
 impl Kind {
@@ -98,7 +100,7 @@ impl Serialize for Label {
 
 impl Reason {
     /// Every reason, in the order in which they are tried.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Missing,
         Self::Gap,
         Self::Turning,
@@ -106,10 +108,11 @@ impl Reason {
         Self::Wide,
         Self::Ambiguous,
         Self::Neither,
+        Self::Oblique,
     ];
 
-    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous` or
-    /// `neither`.
+    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous`, `neither` or
+    /// `oblique`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Missing => "missing",
@@ -119,6 +122,7 @@ impl Reason {
             Self::Wide => "wide",
             Self::Ambiguous => "ambiguous",
             Self::Neither => "neither",
+            Self::Oblique => "oblique",
         }
     }
 }

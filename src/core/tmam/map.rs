@@ -1,17 +1,21 @@
 //! The map: extracted features are fused with registered ones, and at the end of the log all of them
 //! are looked at again.
 
+mod backing;
 pub mod corners;
 pub mod ends;
+mod foretold;
 mod fusion;
 pub mod refine;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::arc::Arc;
 use super::feature::{Action, MapFeature, Shape, Status};
 use crate::core::config::{Config, Map as Bounds, NoiseAwareOptions};
+use crate::core::event::SonarId;
 use crate::core::ties;
+use backing::Backing;
 use fusion::alike;
 pub use fusion::duplicates;
 
@@ -22,6 +26,8 @@ pub struct Map {
     next_id: u32,
     /// The readings of features that a single run gave.
     lone: BTreeMap<u32, Vec<Arc>>,
+    /// Which sonars gave each feature, and when.
+    backing: BTreeMap<u32, Backing>,
     bounds: Bounds,
     departures: NoiseAwareOptions,
 }
@@ -44,6 +50,7 @@ impl Map {
             features: Vec::new(),
             next_id: 0,
             lone: BTreeMap::new(),
+            backing: BTreeMap::new(),
             bounds: config.map.clone(),
             departures: config.departures(),
         }
@@ -60,6 +67,8 @@ impl Map {
         let readings = u32::try_from(associated.len()).unwrap_or(u32::MAX);
         let at = self.nearest(&shape, None);
         if let Some(known) = at.and_then(|at| self.features.get(at)).copied() {
+            let backing = self.backing.entry(known.id).or_default();
+            backing.join(&Backing::of(associated));
             return self.merge(known, shape, readings);
         }
         let mut feature = MapFeature {
@@ -72,6 +81,7 @@ impl Map {
         feature.status = self.status(&feature);
         self.next_id = self.next_id.saturating_add(1);
         self.features.push(feature);
+        self.backing.insert(feature.id, Backing::of(associated));
         if self.departures.confirm {
             self.lone.insert(feature.id, associated.to_vec());
         }
@@ -115,6 +125,9 @@ impl Map {
             feature.readings = feature.readings.saturating_add(other.readings);
             feature.runs = feature.runs.saturating_add(other.runs);
             self.lone.remove(&other.id);
+            if let Some(backing) = self.backing.remove(&other.id) {
+                self.backing.entry(feature.id).or_default().join(&backing);
+            }
             absorbed.push(other.id);
         }
         absorbed
@@ -160,20 +173,33 @@ impl Map {
 
 impl Map {
     /// Doubts what one run alone gave, fits features anew to all readings, joins corners, and ends
-    /// walls at them, as far as the rule says so. Returns what changed, in order; the last one of an id
-    /// is what it is now.
-    pub fn settle(&mut self, arcs: &[Arc]) -> Vec<MapFeature> {
+    /// walls at them, as far as the rule says so. `hardly` are the sonars of which hardly a triple is
+    /// explained. Returns what changed, in order; the last one of an id is what it is now.
+    pub fn settle(&mut self, arcs: &[Arc], hardly: &BTreeSet<SonarId>) -> Vec<MapFeature> {
         let mut settled = self.put(self.doubtful());
+        settled.extend(self.put(self.unbacked(hardly)));
         settled.extend(self.end_walls());
-        if self.departures.gather {
-            let ending = self.departures.end_at_corners;
-            settled.extend(self.put(refine::refine(&self.features, arcs, &self.bounds, ending)));
-            settled.extend(self.end_walls());
-        }
+        settled.extend(self.gather(arcs));
         if self.departures.join_corners {
+            let foretold = self.put(foretold::confirm(&self.features, &self.lone, arcs, hardly));
+            if !foretold.is_empty() {
+                settled.extend(foretold);
+                settled.extend(self.gather(arcs));
+            }
             settled.extend(self.put(corners::join(&self.features)));
             settled.extend(self.end_walls());
         }
+        settled
+    }
+
+    /// Fits features anew to all readings, if the rule says so.
+    fn gather(&mut self, arcs: &[Arc]) -> Vec<MapFeature> {
+        if !self.departures.gather {
+            return Vec::new();
+        }
+        let ending = self.departures.end_at_corners;
+        let mut settled = self.put(refine::refine(&self.features, arcs, &self.bounds, ending));
+        settled.extend(self.end_walls());
         settled
     }
 
@@ -193,6 +219,26 @@ impl Map {
         features
             .filter(|f| f.status == Status::Confirmed)
             .filter(|f| self.lone.get(&f.id).is_some_and(|arcs| doubtful(f, arcs)))
+            .map(|feature| MapFeature {
+                status: Status::Tentative,
+                ..*feature
+            })
+            .collect()
+    }
+
+    /// What a single one of the sonars of which hardly a triple is explained saw on a single visit
+    /// stays tentative.
+    fn unbacked(&self, hardly: &BTreeSet<SonarId>) -> Vec<MapFeature> {
+        let unbacked = |feature: &&MapFeature| {
+            let backing = self.backing.get(&feature.id);
+            backing
+                .and_then(Backing::alone)
+                .is_some_and(|sonar| hardly.contains(&sonar))
+        };
+        let features = self.features.iter().filter(|_| self.departures.confirm);
+        features
+            .filter(|f| f.status == Status::Confirmed)
+            .filter(unbacked)
             .map(|feature| MapFeature {
                 status: Status::Tentative,
                 ..*feature

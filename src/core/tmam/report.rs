@@ -4,6 +4,7 @@ use super::arc::Arc;
 use super::condition::Condition;
 use super::hypothesis::{Gate, HypothesisTest};
 use super::label::{Kind, Label, Reason};
+use super::oblique::ObliqueWall;
 use super::prediction::Prediction;
 use super::triple::{Between, TripleTest, Way, conditions};
 use crate::core::config::Config;
@@ -31,6 +32,8 @@ pub struct ArcReport {
     /// What the windows around it support, from the triple to the widest that was looked at. Empty
     /// where it has no neighbour on one side.
     pub windows: Vec<HypothesisTest>,
+    /// The rough wall that explains its readings at an angle, where no line and no point does.
+    pub oblique: Option<ObliqueWall>,
     /// The run that the arc is in, where it has a label; known once that has closed.
     pub run: Option<RunTest>,
     /// Which feature of the final map should have echoed; known at the end of the log.
@@ -59,6 +62,7 @@ impl ArcReport {
             bend: 0.0,
             triple: None,
             windows: Vec::new(),
+            oblique: None,
             run: None,
             map: None,
         }

@@ -120,7 +120,10 @@ impl Labelling {
             Self::Windows { decisive, .. } => {
                 let window = arc.window.as_ref()?;
                 let undecided = Label::Unidentified(Reason::Ambiguous);
-                let by_window = window.tests.last().map_or(undecided, |t| t.label(decisive));
+                let by_window = match window.oblique {
+                    Some(_) => Label::Unidentified(Reason::Oblique),
+                    None => window.tests.last().map_or(undecided, |t| t.label(decisive)),
+                };
                 Some(Decision {
                     label: triple.map_or(arc.report.label, |_| by_window),
                     margin: None,

@@ -86,6 +86,7 @@ impl Stream {
         report.label = decision.label;
         report.margin = decision.margin;
         report.chi2_margin = decision.chi2_margin;
+        report.oblique = window.as_ref().and_then(|window| window.oblique);
         report.windows = window.map(|window| window.tests).unwrap_or_default();
         self.reports.push(report.clone());
         Some((report, decision))

@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 
 use super::arc::{Arc, ArcId};
-use super::hypothesis::{Gate, HypothesisTest};
+use super::hypothesis::{Gate, HypothesisTest, Support};
 use super::label::Kind;
+use super::oblique::ObliqueWall;
 use crate::core::config;
 
 /// What the windows around an arc came to.
@@ -17,6 +18,9 @@ pub struct WindowResult {
     pub tests: Vec<HypothesisTest>,
     /// The readings of the last window, where they decided: `k-m ..= k+m`.
     pub readings: Vec<Arc>,
+    /// Where neither a line nor a point explains them: the rough wall that explains them and those before
+    /// them at an angle.
+    pub oblique: Option<ObliqueWall>,
     /// How far the chi2 of some window looked at is from another outcome; `None` where there is no
     /// test, or no other outcome is near.
     pub margin: Option<f64>,
@@ -41,6 +45,7 @@ struct Growing {
     tests: Vec<HypothesisTest>,
     done: bool,
     decided: bool,
+    oblique: Option<ObliqueWall>,
     lacking: Lacking,
     margin: f64,
 }
@@ -83,6 +88,7 @@ impl AdaptiveWindow {
             tests: Vec::new(),
             done: false,
             decided: false,
+            oblique: None,
             lacking: Lacking::NOTHING_SEEN,
             margin: f64::INFINITY,
         });
@@ -122,6 +128,12 @@ impl AdaptiveWindow {
         }
         let triple = triple.filter(|_| half == 1);
         let test = triple.unwrap_or_else(|| HypothesisTest::of(&self.window(one.at, half), gate));
+        if test.support == Support::Neither {
+            // The last reading is the newest there is: the stretch before it tells more.
+            let stretch: Vec<Arc> = self.arcs.iter().copied().collect();
+            let width = 2 * half + 1;
+            one.oblique = ObliqueWall::behind(&stretch, width, gate, bounds.decisive);
+        }
         let (gate, least) = (test.gate, test.chi2_line.min(test.chi2_point));
         let kind = test.decided(bounds.decisive);
         one.decided = kind.is_some();
@@ -178,6 +190,7 @@ impl AdaptiveWindow {
                 arc: arc.id,
                 tests: one.tests,
                 readings,
+                oblique: one.oblique,
                 margin: Some(one.margin).filter(|margin| has_test && margin.is_finite()),
             });
         }
@@ -200,7 +213,6 @@ mod tests {
     use crate::core::event::SonarId;
     use crate::core::geometry::{Pose2, Vec2, unit};
     use crate::core::tmam::fit::testing::Gauss;
-    use crate::core::tmam::hypothesis::Support;
 
     const GATE: f64 = 6.63;
 

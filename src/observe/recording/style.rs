@@ -3,7 +3,9 @@
 use rerun::{AnnotationContext, ClassDescription, Color, Rgba32};
 
 use crate::core::tmam::label::Label::{self, Unidentified};
-use crate::core::tmam::label::Reason::{Ambiguous, Gap, Missing, Neither, NoPoints, Turning, Wide};
+use crate::core::tmam::label::Reason::{
+    Ambiguous, Gap, Missing, Neither, NoPoints, Oblique, Turning, Wide,
+};
 
 /// A line: contact arcs, contact points, walls.
 pub const CONTACT: Color = rgb(0x4d, 0xa6, 0xff);
@@ -78,7 +80,7 @@ const fn look(label: Label, class: u16, short: &'static str, shade: Color) -> La
 }
 
 /// Every label an arc can have.
-pub const LABELS: [LabelLook; 9] = [
+pub const LABELS: [LabelLook; 10] = [
     look(Label::Contact, 1, "contact", CONTACT),
     look(Label::Intersection, 2, "intersection", INTERSECTION),
     look(Unidentified(Missing), 10, "m", rgb(0x2e, 0x31, 0x38)),
@@ -88,6 +90,7 @@ pub const LABELS: [LabelLook; 9] = [
     look(Unidentified(Wide), 14, "w", rgb(0x66, 0x6b, 0x75)),
     look(Unidentified(Ambiguous), 15, "a", rgb(0x80, 0x86, 0x93)),
     look(Unidentified(Neither), 16, "n", rgb(0x7a, 0x57, 0x4a)),
+    look(Unidentified(Oblique), 17, "o", rgb(0x8a, 0x7a, 0x3c)),
 ];
 
 /// The number that stands for a label.

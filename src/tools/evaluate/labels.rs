@@ -11,7 +11,7 @@ use super::truth::{Other, Target};
 use crate::core::rounding::optional;
 use crate::core::statistics::share;
 use crate::core::tmam::arc::ArcId;
-use crate::core::tmam::label::Label;
+use crate::core::tmam::label::{Label, Reason};
 use crate::core::world::Reflector;
 
 /// A decided arc and what it came from.
@@ -95,6 +95,20 @@ pub struct Wrong {
     pub mixed: u64,
 }
 
+/// How the reason `oblique` did: right on an arc of a rough wall, beside the foot of the perpendicular.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct ObliqueScore {
+    /// Arcs that have it.
+    pub arcs: u64,
+    /// Right ones among them.
+    pub right: u64,
+    #[serde(serialize_with = "optional")]
+    pub precision: Option<f64>,
+    /// Share of the arcs of rough walls that have it.
+    #[serde(serialize_with = "optional")]
+    pub recall: Option<f64>,
+}
+
 /// How the labels of a replay did.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct LabelScore {
@@ -118,6 +132,8 @@ pub struct LabelScore {
     pub unidentified: ByTarget,
     /// Arcs without a label, by the reason.
     pub reasons: BTreeMap<&'static str, ByTarget>,
+    /// How the reason `oblique` did.
+    pub oblique: ObliqueScore,
     /// Arcs from neither a wall nor a point, by why.
     pub other: BTreeMap<&'static str, u64>,
 }
@@ -145,6 +161,10 @@ impl LabelScore {
         score.intersection = class(intersection, intersection.point, points);
         score.coverage = share(score.given(), score.arcs);
         score.wrong_share = share(score.wrong_labels(), score.given());
+        let rough = score.other.get(Other::Oblique.name()).copied();
+        let oblique = &mut score.oblique;
+        oblique.precision = share(oblique.right, oblique.arcs);
+        oblique.recall = share(oblique.right, rough.unwrap_or_default());
         let confused = contact.point + intersection.line;
         let known = confused + contact.line + intersection.point;
         score.wrong_share_known = share(confused, known);
@@ -163,6 +183,11 @@ impl LabelScore {
                 self.unidentified.count(arc.target);
                 let of_reason = self.reasons.entry(reason.name()).or_default();
                 of_reason.count(arc.target);
+                if reason == Reason::Oblique {
+                    let is_right = arc.target == Target::Other(Other::Oblique);
+                    self.oblique.arcs += 1;
+                    self.oblique.right += u64::from(is_right);
+                }
             }
         }
         match (arc.is_right(), arc.one_target) {
@@ -219,7 +244,6 @@ pub(super) mod testing {
 mod tests {
     use super::testing::{LINE, POINT, scored};
     use super::*;
-    use crate::core::tmam::label::Reason;
 
     #[test]
     fn the_scores_follow_from_the_counts() {

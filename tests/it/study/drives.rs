@@ -4,8 +4,9 @@ use std::io::Cursor;
 use std::ops::RangeInclusive;
 
 use tmam_replay::core::config::Config;
+use tmam_replay::core::geometry::Vec2;
 use tmam_replay::core::replay::Replay;
-use tmam_replay::core::world::World;
+use tmam_replay::core::world::{Wall, World};
 use tmam_replay::io::config::file::parse;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
@@ -26,6 +27,14 @@ pub enum Drive {
     /// Driven once round with odometry that drifts by 2 mm and 0.05 deg after a metre, and by 0.1 deg
     /// after turning by a radian.
     LittleDrift,
+    /// Driven once round where this share of the walls, in per cent, is rough.
+    Rough(u8),
+    /// Driven once round where of twenty readings one is of another sonar's sound.
+    CrossTalk,
+    /// Past posts in a row instead of a wall, this many centimetres apart.
+    Posts(u8),
+    /// So often round the office of the sample logs, with odometry that is exact, or drifts by much.
+    Office { laps: u16, drifts: bool },
     /// Driven once round with odometry that drifts by 1 cm and 0.2 deg after a metre, and by 0.5 deg
     /// after turning by a radian.
     MuchDrift,
@@ -44,21 +53,37 @@ impl Case {
     /// For the head of a row.
     pub fn name(&self) -> String {
         let drive = match self.drive {
-            Drive::Stepwise => "stepwise",
-            Drive::Driven => "driven",
-            Drive::TenLaps => "ten laps",
-            Drive::LittleDrift => "little drift",
-            Drive::MuchDrift => "much drift",
+            Drive::Stepwise => "stepwise".to_owned(),
+            Drive::Driven => "driven".to_owned(),
+            Drive::TenLaps => "ten laps".to_owned(),
+            Drive::LittleDrift => "little drift".to_owned(),
+            Drive::MuchDrift => "much drift".to_owned(),
+            Drive::Rough(share) => format!("{share} % of the walls rough"),
+            Drive::CrossTalk => "5 % cross-talk".to_owned(),
+            Drive::Posts(apart) => format!("posts {apart} cm apart"),
+            Drive::Office { laps, drifts } => {
+                let drift = if drifts { ", much drift" } else { "" };
+                let laps = if laps == 1 { "once" } else { "twice" };
+                format!("office {laps}{drift}")
+            }
         };
         format!("{drive}, {:.0} mm", self.sigma * 1e3)
     }
 
     fn log(&self, seed: u64) -> Vec<u8> {
         let simulation = Simulation {
-            world: World::room(),
-            diffuse: 0.0,
+            world: match self.drive {
+                Drive::Posts(apart) => row_of_posts(f64::from(apart) / 100.0),
+                Drive::Office { .. } => office_world(),
+                _ => World::room(),
+            },
+            diffuse: match self.drive {
+                Drive::Rough(share) => f64::from(share) / 100.0,
+                _ => 0.0,
+            },
             path: match self.drive {
                 Drive::TenLaps => Path::room().repeated(10).unwrap(),
+                Drive::Office { laps, .. } => office_path().repeated(laps).unwrap(),
                 _ => Path::room(),
             },
             motion: match self.drive {
@@ -70,10 +95,17 @@ impl Case {
                 sigma: self.sigma,
                 ..RangeNoise::default()
             },
-            false_echoes: FalseEchoes::default(),
+            false_echoes: FalseEchoes {
+                cross_talk: if self.drive == Drive::CrossTalk {
+                    0.05
+                } else {
+                    0.0
+                },
+                ..FalseEchoes::default()
+            },
             odometry_noise: match self.drive {
                 Drive::LittleDrift => drift(0.002, 0.05, 0.1),
-                Drive::MuchDrift => drift(0.01, 0.2, 0.5),
+                Drive::MuchDrift | Drive::Office { drifts: true, .. } => drift(0.01, 0.2, 0.5),
                 _ => OdometryNoise::default(),
             },
             seed,
@@ -92,6 +124,33 @@ fn drift(distance: f64, heading: f64, turn: f64) -> OdometryNoise {
         heading: heading.to_radians(),
         turn: turn.to_radians(),
     }
+}
+
+/// The room, but for its long wall along y = 5, in whose place posts stand in a row.
+fn row_of_posts(apart: f64) -> World {
+    let room = World::room();
+    let is_long = |wall: &&Wall| wall.start.y == 5.0 && wall.end.y == 5.0;
+    let walls: Vec<Wall> = room
+        .walls()
+        .iter()
+        .filter(|wall| !is_long(wall))
+        .copied()
+        .collect();
+    let count = (8.0 / apart).round() as usize;
+    let posts = (1..count).map(|k| Vec2::new(apart * k as f64, 5.0));
+    World::new(walls, posts.collect()).unwrap()
+}
+
+fn sample_text(name: &str) -> String {
+    std::fs::read_to_string(crate::support::sample(name)).unwrap()
+}
+
+fn office_world() -> World {
+    World::from_json(&sample_text("office.world.json")).unwrap()
+}
+
+fn office_path() -> Path {
+    sample_text("office.waypoints").parse().unwrap()
 }
 
 /// The switches of the noise-aware rule.
@@ -120,6 +179,11 @@ impl Rules {
             Some((name, config))
         });
         Self(known.collect())
+    }
+
+    /// The noise-aware rule, as it is.
+    pub fn noise_aware() -> Self {
+        Self(vec![("noise-aware", Config::default())])
     }
 
     /// The noise-aware rule where the messages' variance is not believed and sigma is measured.

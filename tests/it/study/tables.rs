@@ -54,6 +54,66 @@ pub fn measured(rows: &[Row], seeds: u64) -> String {
     text
 }
 
+/// Rough walls, cross-talk, posts in a row and the office.
+pub fn worlds(rows: &[Row], seeds: u64) -> String {
+    let lines = |e: &Evaluation| e.confirmed.lines.spurious.len() as u64;
+    let points = |e: &Evaluation| e.confirmed.points.spurious.len() as u64;
+    let missed =
+        |e: &Evaluation| (e.confirmed.lines.missed.len() + e.confirmed.points.missed.len()) as u64;
+    let twice = |e: &Evaluation| {
+        (e.confirmed.lines.duplicates.len() + e.confirmed.points.duplicates.len()) as u64
+    };
+    let table = table(
+        rows,
+        &[
+            ("labelled %", &|r| {
+                percent(sum(r, |e| e.labels.given()), sum(r, |e| e.labels.arcs))
+            }),
+            ("wrong of given %", &|r| {
+                percent(
+                    sum(r, |e| e.labels.wrong_labels()),
+                    sum(r, |e| e.labels.given()),
+                )
+            }),
+            ("oblique arcs", &|r| each(r, |e| e.labels.oblique.arcs)),
+            ("right %", &|r| {
+                percent(
+                    sum(r, |e| e.labels.oblique.right),
+                    sum(r, |e| e.labels.oblique.arcs),
+                )
+            }),
+            ("found %", &|r| {
+                percent(
+                    sum(r, |e| e.labels.oblique.right),
+                    sum(r, |e| e.labels.other.get("oblique").copied().unwrap_or(0)),
+                )
+            }),
+            ("missed", &|r| each(r, missed)),
+            ("twice", &|r| each(r, twice)),
+            ("false lines", &|r| each(r, lines)),
+            ("false points", &|r| each(r, points)),
+            ("path error, mm", &|r| path_error(r)),
+        ],
+    );
+    format!(
+        "\n### Rough walls, false echoes, posts and the office\n\nMaps are the confirmed ones, counts are per seed, of \
+         {seeds} seeds. The path error is the absolute\ntrajectory error of the poses that the replay used, mean over \
+         the seeds.\n\n{table}"
+    )
+}
+
+/// The absolute trajectory error, mean over the seeds.
+fn path_error(runs: &[Evaluation]) -> String {
+    let errors: Vec<f64> = runs
+        .iter()
+        .filter_map(|run| Some(run.path?.aligned.rms))
+        .collect();
+    match errors.len() {
+        0 => "-".to_owned(),
+        n => format!("{:.1}", 1e3 * errors.iter().sum::<f64>() / n as f64),
+    }
+}
+
 /// The noise-aware rule without each of its switches.
 pub fn switches(rows: &[Row], seeds: u64) -> String {
     let mut text = String::new();
