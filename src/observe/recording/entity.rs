@@ -150,7 +150,7 @@ impl Entity {
             Self::Beams => Look::strips(0.5, All(style::BEAM), 1.0),
             Self::Trajectory => Look::strips(1.0, All(style::TRAJECTORY), 2.0),
             Self::OdometryPath => Look::strips(0.75, All(style::ODOMETRY), 1.8),
-            Self::Closures => Look::strips(0.5, All(style::CLOSURE), 1.9).named(),
+            Self::Closures => Look::strips(0.5, All(style::LINK), 0.9).named(),
             Self::PoseCovariance => Look::strips(0.75, All(style::COVARIANCE), 9.5),
             Self::MapCovariance(_) => Look::strips(0.5, All(style::COVARIANCE), 3.0),
             Self::MapLines(_) => Look::strips(2.5, Each, 4.0).named(),

@@ -23,6 +23,8 @@ pub const TRAJECTORY: Color = rgb(0x2f, 0x86, 0x57);
 pub const ODOMETRY: Color = rgb(0x7d, 0x83, 0x90);
 /// From where something was seen to where it was seen again.
 pub const CLOSURE: Color = rgb(0x36, 0x9a, 0xa6);
+/// The same as a link in the map, where there are many.
+pub const LINK: Color = rgb(0x1b, 0x4c, 0x54);
 /// From a sonar to the middle of its arc.
 pub const BEAM: Color = rgb(0x34, 0x38, 0x40);
 /// Walls of the map.
