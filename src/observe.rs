@@ -2,6 +2,7 @@
 
 pub mod drawing;
 pub mod features;
+pub mod path_file;
 pub mod progress;
 #[cfg(feature = "viewer")]
 pub mod recording;

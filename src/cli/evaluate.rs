@@ -16,7 +16,7 @@ use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
-use crate::tools::evaluate::{Evaluation, Truth, path, text, write};
+use crate::tools::evaluate::{Evaluation, Truth, text, write};
 use crate::tools::golden::{LogInfo, carried};
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
@@ -81,7 +81,7 @@ impl Args {
         } else {
             replay.run(&mut [])?
         };
-        let evaluation = Evaluation::new(&truth, &path::used(&replay, &outcome), &outcome);
+        let evaluation = Evaluation::new(&truth, &replay.path(&outcome), &outcome);
         let setting = replay.setting();
         let mut written = Written::default();
         if let Some(mut outputs) = outputs.take() {

@@ -39,7 +39,7 @@ pub struct Parameters {
     set: Vec<String>,
 }
 
-/// What has no number to sweep: the file, the rule, and what is chosen of the log.
+/// What has no number to sweep: the file, the rule, the poses, and what is chosen of the log.
 #[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Parameters")]
 pub struct Selection {
@@ -49,6 +49,9 @@ pub struct Selection {
     /// How arcs are labelled and features fused [default: noise-aware]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
+    /// Where the robot's poses come from; the paper's rule takes odometry's [default: joint]
+    #[arg(long, value_enum)]
+    poses: Option<PosesName>,
     /// Leave out readings earlier than this after the first one
     #[arg(long, value_name = "S")]
     start: Option<f64>,
@@ -72,6 +75,14 @@ enum RuleName {
     Paper,
     /// What the readings support within their noise
     NoiseAware,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+enum PosesName {
+    /// Odometry, as the log has it
+    Odometry,
+    /// Odometry and ranges together, estimated with the features
+    Joint,
 }
 
 /// A flag: its name, the key of the configuration that it stands for, and its value if it is given.
@@ -156,7 +167,7 @@ impl Parameters {
         ];
         let numbers = numbers.map(|(name, key, number)| (name, key, number.map(Value::from)));
         let mut flags = self.selection.flags();
-        flags.splice(1..1, numbers);
+        flags.splice(2..2, numbers);
         flags
     }
 }
@@ -190,10 +201,12 @@ impl Selection {
 
     fn flags(&self) -> Vec<Flag> {
         let rule = self.rule.and_then(|rule| rule.to_possible_value());
-        let rule = rule.map(|rule| Value::from(rule.get_name()));
+        let poses = self.poses.and_then(|poses| poses.to_possible_value());
+        let [rule, poses] = [rule, poses].map(|name| Some(Value::from(name?.get_name())));
         let globs = |globs: &[String]| (!globs.is_empty()).then(|| Value::from(globs.to_vec()));
         vec![
             ("rule", "rule", rule),
+            ("poses", "poses", poses),
             ("start", "input.start", self.start.map(Value::from)),
             ("end", "input.end", self.end.map(Value::from)),
             ("sensor", "input.sonars", globs(&self.sensor)),

@@ -13,6 +13,7 @@ use crate::io::output::show;
 use crate::io::outputs::Requested;
 use crate::observe::drawing::Overlay;
 use crate::observe::features;
+use crate::observe::path_file::{self, PathFormat};
 use crate::observe::progress::Progress;
 use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
@@ -34,6 +35,7 @@ incomplete (2 with --strict) or holds no echo, or there was nothing to replay.
 Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
   tmam replay drive.mcap --trace drive.jsonl      only the trace: why each arc was labelled so
+  tmam replay drive.mcap --path drive.tum         the path used, for evo
   tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd"
 )]
 pub struct Args {
@@ -53,6 +55,10 @@ pub struct Args {
     /// Write a line per arc here: its pose, angles and label, and why
     #[arg(long, value_name = "FILE.jsonl")]
     trace: Option<PathBuf>,
+    /// Write the path that was used here, a pose per odometry sample: as TUM, or as nav_msgs/Odometry
+    /// where the name ends in .mcap
+    #[arg(long, value_name = "FILE.tum", value_parser = path_file)]
+    path: Option<PathBuf>,
     /// Write no recording
     #[arg(long)]
     no_recording: bool,
@@ -95,6 +101,7 @@ impl Args {
             recording: self.output,
             features: self.features,
             trace: self.trace,
+            path: self.path,
             no_recording: self.no_recording || !viewer::IS_BUILT_IN,
             live: self.connect.is_some() || self.spawn,
             ..Requested::default()
@@ -128,6 +135,9 @@ impl Args {
         if let Some(out) = &mut outputs.trace {
             trace::write(&mut *out, setting.sonars, &outcome).map_err(|s| out.failed(s))?;
         }
+        if let Some(out) = &mut outputs.path {
+            path_file::write(out, &replay, &outcome).map_err(|source| out.failed(source))?;
+        }
         let written = outputs.commit()?;
 
         show(&report::problems(&log, &setting, &outcome), true);
@@ -142,5 +152,13 @@ impl Args {
         }
         let whole = setting.source.complete && outcome.tally.echoes > 0;
         Ok(Exit::of_whole(whole))
+    }
+}
+
+fn path_file(name: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(name);
+    match PathFormat::of(&file) {
+        Some(_) => Ok(file),
+        None => Err("the name of a path ends in .tum, .txt or .mcap".to_owned()),
     }
 }

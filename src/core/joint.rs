@@ -24,12 +24,12 @@ use self::path::{CorrectedPath, KeyPose, between, key_poses};
 use self::problem::{Fitted, Incidence, Problem, Sighting, Unknowns};
 use crate::core::config::Config;
 use crate::core::frames::Frame;
-use crate::core::geometry::{Pose2, Vec2};
+use crate::core::geometry::Pose2;
 use crate::core::tmam::arc::{Arc, ArcId};
-use crate::core::tmam::feature::{Kind, MapFeature, Segment, Shape};
+use crate::core::tmam::feature::{MapFeature, Segment, Shape};
 use crate::core::tmam::map::{corners, ends, refine};
 use crate::core::tmam::prediction::{MapPrediction, Reach};
-use crate::core::tmam::step::Extraction;
+use crate::core::tmam::step::{Closure, Extraction};
 
 /// A landmark has this many readings at least.
 const FEWEST: usize = 3;
@@ -102,17 +102,6 @@ pub struct JointEstimate {
     pub odom_from_sensor: BTreeMap<ArcId, Pose2>,
     /// Share of the arcs that the map explains, at the poses of odometry and at these.
     pub explained: [f64; 2],
-}
-
-/// A feature that was taken for two until the poses were corrected.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closure {
-    /// Line or point.
-    pub kind: Kind,
-    /// Where it is, in the world.
-    pub place: Vec2,
-    /// The frames from which on it was seen, as the one and as the other.
-    pub frames: [u32; 2],
 }
 
 /// Why the poses stay those of odometry.

@@ -9,9 +9,9 @@ pub use outcome::Outcome;
 use std::borrow::Cow;
 
 use crate::core::config::{Config, Poses, Rule, SIGMA_UNKNOWN, Triple};
-use crate::core::event::{Events, RangeReading, name_of};
+use crate::core::event::{Events, OdometrySample, RangeReading, name_of};
 use crate::core::frames::{Frame, Framer, Tally};
-use crate::core::geometry::Vec2;
+use crate::core::geometry::{Pose2, Vec2};
 use crate::core::joint::path::CorrectedPath;
 use crate::core::joint::{self, Evidence, JointEstimate, OdometryKept};
 use crate::core::log::Log;
@@ -193,6 +193,7 @@ impl<'a> Replay<'a> {
         if let Some(joint) = joint {
             step.absorbed.extend(&joint.absorbed);
             step.settled.extend(&joint.features);
+            step.closures.extend(&joint.closures);
         }
         let map = match joint {
             Some(joint) => joint.features_given_path.as_slice(),
@@ -208,6 +209,19 @@ impl<'a> Replay<'a> {
         }
         outcome.end(step, tmam.map().features(), prediction, poses);
         Ok(outcome)
+    }
+
+    /// The path that a run used, by stamp: odometry's, corrected where that was.
+    pub fn path(&self, outcome: &Outcome) -> Vec<(i64, Pose2)> {
+        let path = outcome.joint().map(|joint| &joint.path);
+        let samples = self.log.events.odometry.iter();
+        let used = |sample: &OdometrySample| {
+            let odom_from_robot = sample.world_from_robot;
+            path.map_or(odom_from_robot, |path| {
+                path.correct(sample.stamp_ns, &odom_from_robot)
+            })
+        };
+        samples.map(|one| (one.stamp_ns, used(one))).collect()
     }
 
     /// Poses and features estimated together, from replays at ever better poses; `None` where the poses

@@ -14,6 +14,8 @@ pub struct Requested {
     pub features: Option<PathBuf>,
     /// The trace's file.
     pub trace: Option<PathBuf>,
+    /// The path's file.
+    pub path: Option<PathBuf>,
     /// The evaluation's file.
     pub evaluation: Option<PathBuf>,
     /// No recording, even where no output is named.
@@ -31,6 +33,8 @@ pub struct Outputs {
     pub features: Option<Output>,
     /// For the trace.
     pub trace: Option<Output>,
+    /// For the path.
+    pub path: Option<Output>,
     /// For the evaluation.
     pub evaluation: Option<Output>,
 }
@@ -78,13 +82,20 @@ impl Requested {
             recording: create(self.recording)?,
             features: create(self.features)?,
             trace: create(self.trace)?,
+            path: create(self.path)?,
             evaluation: create(self.evaluation)?,
         })
     }
 
-    fn paths(&self) -> [Option<&Path>; 4] {
-        let [recording, features] = [&self.recording, &self.features];
-        [recording, features, &self.trace, &self.evaluation].map(Option::as_deref)
+    fn paths(&self) -> [Option<&Path>; 5] {
+        [
+            &self.recording,
+            &self.features,
+            &self.trace,
+            &self.path,
+            &self.evaluation,
+        ]
+        .map(Option::as_deref)
     }
 }
 
@@ -133,7 +144,13 @@ impl Outputs {
     /// When one of them cannot take its name.
     pub fn commit(self) -> Result<Written, OutputError> {
         let mut written = Written::default();
-        let outputs = [self.recording, self.features, self.trace, self.evaluation];
+        let outputs = [
+            self.recording,
+            self.features,
+            self.trace,
+            self.path,
+            self.evaluation,
+        ];
         for output in outputs.into_iter().flatten() {
             let path = output.path().to_owned();
             output.commit()?;

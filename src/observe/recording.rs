@@ -9,6 +9,7 @@ mod blueprint;
 mod canvas;
 mod carried;
 mod closed;
+mod corrections;
 mod encode;
 mod entity;
 mod evidence;
@@ -36,6 +37,7 @@ use self::blueprint::ViewLayout;
 use self::canvas::{Canvas, Moment};
 pub use self::carried::read_carried;
 use self::closed::Closed;
+use self::corrections::Corrections;
 use self::encode::{RrdWriter, store_ids};
 use self::entity::Entity;
 pub use self::grid::write_grid;
@@ -85,6 +87,7 @@ pub struct Recording<'a> {
     closed: Closed,
     map: DrawnMap,
     robot: Robot,
+    corrections: Corrections,
     reports: Reports,
     overlay: Overlay,
 }
@@ -124,6 +127,7 @@ impl<'a> Recording<'a> {
             closed: Closed::default(),
             map: DrawnMap::default(),
             robot: Robot::new(overlay.only.is_some()),
+            corrections: Corrections::default(),
             reports: Reports::default(),
             overlay,
         };
@@ -184,11 +188,13 @@ impl<'a> Recording<'a> {
         if shows {
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
+            self.corrections.draw(at, frame, &mut self.canvas)?;
             self.hold.push(HeldFrame::new(at, frame, step));
             self.reports.frame(at);
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
+            self.corrections.leave(at, &mut self.canvas)?;
             let sonars = self.seen.iter().copied();
             self.hold.push(HeldFrame::blank(at, sonars));
             self.reports.leave(at);
@@ -234,6 +240,7 @@ impl<'a> Recording<'a> {
             self.canvas.note(last, TextLogLevel::INFO, text)?;
         }
         let canvas = &mut self.canvas;
+        self.corrections.close_loops(&step.closures, canvas)?;
         overlay::finish(&self.overlay, last, canvas)?;
         canvas.flush()?;
         self.reports.draw_suspects(&step.reports, canvas)?;
@@ -274,6 +281,7 @@ impl<'a> Recording<'a> {
             gate: self.limits.gate,
             stamp: self.canvas.lines.stamp,
             evaluated: self.overlay.truth.is_some(),
+            corrected: self.corrections.are_there(),
             first: self.overlay.first_frame,
         }
     }

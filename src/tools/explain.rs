@@ -6,6 +6,7 @@
 
 pub mod changes;
 pub mod history;
+pub mod pose;
 pub mod question;
 pub mod readings;
 pub mod sequences;
@@ -20,6 +21,7 @@ use serde::Serialize;
 
 use self::changes::{LabelChange, Windows, by_angles, by_neighbours};
 use self::history::{Doubt, RunStory, TruthStory};
+use self::pose::PoseStory;
 use self::question::{Answer, command};
 pub use self::question::{Question, QuestionError, Which};
 use self::readings::{Reading, Situation};
@@ -60,6 +62,9 @@ pub enum ExplainError {
 pub struct Explanation {
     pub sensor: String,
     pub arc: Reading,
+    /// How its pose was corrected, where poses were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<PoseStory>,
     /// How far it passes from the place that was asked for.
     #[serde(serialize_with = "optional")]
     pub distance: Option<f64>,
@@ -185,6 +190,7 @@ impl Explanation {
         Some(Self {
             sensor: name(&arc),
             arc: Reading::new(&arc, replay.origin_ns()),
+            pose: PoseStory::new(&arc, outcome),
             distance: best.distance,
             late: best.late,
             also_near: others.iter().take(NEAR).filter_map(near).collect(),
@@ -220,7 +226,9 @@ impl Explanation {
             Some(Reason::Missing | Reason::Gap | Reason::Turning)
         );
         let by_angles = self.decided_by == "angles";
-        section(&mut text, "READINGS", &self.situation.text(&self.arc));
+        let mut readings = self.situation.text(&self.arc);
+        readings.extend(self.pose.map(|pose| pose.text()));
+        section(&mut text, "READINGS", &readings);
         if !self.pairs.is_empty() {
             let title = "PAIRS (bearings off the beam's axis, left is positive)";
             let pairs = Pair::text(&self.pairs, self.arc.beam_width);

@@ -24,6 +24,7 @@ mod live;
 mod noise;
 mod odd_logs;
 mod pages;
+mod poses;
 mod reference;
 mod replay;
 mod room;

@@ -5,6 +5,7 @@ use super::feature::{Action, MapFeature, Shape};
 use super::hypothesis::HypothesisTest;
 use super::label::Kind;
 use super::report::ArcReport;
+use crate::core::geometry::Vec2;
 
 /// Everything that one frame brought about.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -23,8 +24,21 @@ pub struct Step {
     pub settled: Vec<MapFeature>,
     /// Map features that turned out, at the end of the log, to be the same as others, and are gone.
     pub absorbed: Vec<u32>,
+    /// At the end of the log, what pulled the path straight, where poses were corrected.
+    pub closures: Vec<Closure>,
     /// At the end of the log, every arc by frame and sonar, with all that is known of it.
     pub reports: Vec<ArcReport>,
+}
+
+/// A feature that was taken for two until the poses were corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closure {
+    /// Line or point.
+    pub kind: Kind,
+    /// Where it is, in the world.
+    pub place: Vec2,
+    /// The frames from which on it was seen, as the one and as the other.
+    pub frames: [u32; 2],
 }
 
 /// One closed run of equally labelled arcs, and what it gave.

@@ -9,6 +9,7 @@ use std::io::{Seek, Write};
 
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
+use nalgebra::{Matrix3, Matrix6};
 use re_cdr::{CdrWriter, LittleEndian};
 use serde::Serialize;
 
@@ -21,6 +22,8 @@ use crate::core::world::World;
 pub const ODOM_FRAME: &str = "odom";
 /// The robot's frame: sonars are mounted on it.
 pub const ROBOT_FRAME: &str = "base_link";
+/// Topic of the path that a replay used, [`nav_msgs/Odometry`](LogWriter::path_pose).
+pub const PATH_TOPIC: &str = "/tmam/odom";
 /// Topic of the truth about each reading, a [`ReadingTruth`] in JSON.
 pub const TRUTH_TOPIC: &str = "/truth";
 /// Topic of the world that the sonars looked at, a [`World`] in JSON.
@@ -172,16 +175,8 @@ impl<W: Write + Seek> LogWriter<W> {
         odom_from_robot: Pose2,
         twist: Twist,
     ) -> Result<(), WriteError> {
-        self.buffer.clear();
-        let mut cdr = Cdr::new(&mut self.buffer);
-        cdr.header(stamp_ns, ODOM_FRAME)?;
-        cdr.0.write_string(ROBOT_FRAME);
-        cdr.pose(odom_from_robot, 0.0);
-        cdr.unknown_covariance();
-        cdr.vector([twist.linear, 0.0, 0.0]);
-        cdr.vector([0.0, 0.0, twist.angular]);
-        cdr.unknown_covariance();
-        self.write("/odom", ODOMETRY, stamp_ns)?;
+        let unknown = Matrix3::zeros();
+        self.moving("/odom", stamp_ns, odom_from_robot, &unknown, twist)?;
 
         let transform = Transform {
             parent: ODOM_FRAME,
@@ -190,6 +185,39 @@ impl<W: Write + Seek> LogWriter<W> {
             height: 0.0,
         };
         self.transforms("/tf", stamp_ns, &[transform])
+    }
+
+    /// Where the robot was, on [`PATH_TOPIC`], with the covariance over (x, y, yaw): all zeros where it is
+    /// not known. How fast it was is not said.
+    pub fn path_pose(
+        &mut self,
+        stamp_ns: i64,
+        odom_from_robot: Pose2,
+        covariance: &Matrix3<f64>,
+    ) -> Result<(), WriteError> {
+        let standing = Twist::default();
+        self.moving(PATH_TOPIC, stamp_ns, odom_from_robot, covariance, standing)
+    }
+
+    /// `nav_msgs/Odometry`.
+    fn moving(
+        &mut self,
+        topic: &str,
+        stamp_ns: i64,
+        odom_from_robot: Pose2,
+        covariance: &Matrix3<f64>,
+        twist: Twist,
+    ) -> Result<(), WriteError> {
+        self.buffer.clear();
+        let mut cdr = Cdr::new(&mut self.buffer);
+        cdr.header(stamp_ns, ODOM_FRAME)?;
+        cdr.0.write_string(ROBOT_FRAME);
+        cdr.pose(odom_from_robot, 0.0);
+        cdr.covariance(covariance);
+        cdr.vector([twist.linear, 0.0, 0.0]);
+        cdr.vector([0.0, 0.0, twist.angular]);
+        cdr.covariance(&Matrix3::zeros());
+        self.write(topic, ODOMETRY, stamp_ns)
     }
 
     /// Frames that never move, on `/tf_static`.
@@ -316,10 +344,19 @@ impl<'a> Cdr<'a> {
         }
     }
 
-    /// All zeros, which is how ROS says that a covariance is not known.
-    fn unknown_covariance(&mut self) {
-        for value in [0.0; 36] {
-            self.0.write_f64(value);
+    /// A covariance over (x, y, yaw) as one over (x, y, z, roll, pitch, yaw). All zeros is how ROS says
+    /// that it is not known.
+    fn covariance(&mut self, covariance: &Matrix3<f64>) {
+        let mut whole = Matrix6::zeros();
+        let places = [0, 1, 5];
+        for (row, to_row) in places.iter().enumerate() {
+            for (column, to_column) in places.iter().enumerate() {
+                whole[(*to_row, *to_column)] = covariance[(row, column)];
+            }
+        }
+        // Symmetric: by columns as by rows.
+        for value in whole.iter() {
+            self.0.write_f64(*value);
         }
     }
 }

@@ -21,6 +21,7 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
 };
 
 use super::canvas::Canvas;
+use super::entity::Entity;
 use super::plane::Bounds;
 use crate::observe::viewer::Error;
 pub use writer::Part;
@@ -43,6 +44,8 @@ pub struct ViewLayout {
     pub stamp: Timeline,
     /// Whether it holds an evaluation.
     pub evaluated: bool,
+    /// Whether poses were corrected.
+    pub corrected: bool,
     /// The frame to open at; the last one where not given.
     pub first: Option<u32>,
 }
@@ -66,6 +69,11 @@ const POINT: Part = Part::container(15);
 const CHI2_LINE: Part = Part::view(16);
 const CHI2_POINT: Part = Part::view(17);
 const EVALUATION: Part = Part::view(18);
+const BELOW: Part = Part::container(19);
+const CORRECTION: Part = Part::container(20);
+const MOVED: Part = Part::view(21);
+const TURNED: Part = Part::view(22);
+const POSES: Part = Part::view(23);
 
 /// Writes the whole blueprint.
 pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
@@ -88,8 +96,14 @@ pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
         w.view(EVALUATION, "TextDocument", "Evaluation", &["+ /evaluation"])?;
         tabs.insert(1, EVALUATION);
     }
+    let mut below = EVENTS;
+    if layout.corrected {
+        correction(w)?;
+        tabs.push(POSES);
+        below = BELOW;
+    }
     w.container(SCENE, ContainerKind::Tabs, &tabs, &[])?;
-    w.container(LEFT, ContainerKind::Vertical, &[SCENE, EVENTS], &[3.0, 1.0])?;
+    w.container(LEFT, ContainerKind::Vertical, &[SCENE, below], &[3.0, 1.0])?;
     let (lanes, angles) = heights(layout.lanes);
     w.container(
         ANGLES,
@@ -171,12 +185,39 @@ fn map(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
             },
         })
     };
-    w.part(
-        ViewContents::blueprint_base_visualizer_path_for_entity(
-            MAP.uuid(),
-            &"/world/trajectory".into(),
-        ),
-        &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+    let accumulated: &[Entity] = if layout.corrected {
+        &[Entity::Trajectory, Entity::OdometryPath, Entity::Closures]
+    } else {
+        &[Entity::Trajectory]
+    };
+    for entity in accumulated {
+        w.part(
+            ViewContents::blueprint_base_visualizer_path_for_entity(
+                MAP.uuid(),
+                &entity.path().into(),
+            ),
+            &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+        )?;
+    }
+    Ok(())
+}
+
+/// How far the poses were moved and turned, beside the events, and the page that says how to read it.
+fn correction(w: &mut Canvas<'_>) -> Result<(), Error> {
+    w.view(POSES, "TextDocument", "Poses", &["+ /about/poses"])?;
+    for (id, name, path) in [
+        (MOVED, "poses moved [m]", "+ /correction/moved"),
+        (TURNED, "turned [deg]", "+ /correction/turned"),
+    ] {
+        w.view(id, "TimeSeries", name, &[path])?;
+        link(w, id)?;
+    }
+    w.container(CORRECTION, ContainerKind::Tabs, &[MOVED, TURNED], &[])?;
+    w.container(
+        BELOW,
+        ContainerKind::Horizontal,
+        &[EVENTS, CORRECTION],
+        &[1.6, 1.0],
     )
 }
 

@@ -171,7 +171,7 @@ fn band(segment: &Segment) -> Vec<Vec2> {
 }
 
 /// The ellipse at [`SIGMAS`] around a point, closed.
-fn ellipse(point: &Point) -> Vec<Vec2> {
+pub fn ellipse(point: &Point) -> Vec<Vec2> {
     const STEPS: u32 = 24;
     let covariance = &point.covariance;
     let (a, b, d) = (covariance.m11, covariance.m12, covariance.m22);

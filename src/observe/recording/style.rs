@@ -19,6 +19,12 @@ pub const REJECTED: Color = rgb(0xff, 0x4d, 0x5e);
 pub const ROBOT: Color = rgb(0x5f, 0xe0, 0x8f);
 /// Where the robot has been.
 pub const TRAJECTORY: Color = rgb(0x2f, 0x86, 0x57);
+/// Where odometry has the robot, and its path.
+pub const ODOMETRY: Color = rgb(0x7d, 0x83, 0x90);
+/// From where something was seen to where it was seen again.
+pub const CLOSURE: Color = rgb(0x36, 0x9a, 0xa6);
+/// The same as a link in the map, where there are many.
+pub const LINK: Color = rgb(0x1b, 0x4c, 0x54);
 /// From a sonar to the middle of its arc.
 pub const BEAM: Color = rgb(0x34, 0x38, 0x40);
 /// Walls of the map.
@@ -31,6 +37,8 @@ pub const TENTATIVE: Color = rgb(0x7d, 0x83, 0x90);
 pub const SUSPECT: Color = rgb(0xb8, 0xff, 0x3a);
 /// Three standard deviations of a map feature.
 pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
+/// The same as a line in a plot, which is thin.
+pub const SIGMA: Color = rgb(0x9a, 0x78, 0xc8);
 /// A bound that a value is held against.
 pub const BOUND: Color = rgb(0xff, 0x4d, 0x5e);
 

@@ -1,3 +1,4 @@
+mod corrected;
 mod run;
 mod truth;
 mod windows;

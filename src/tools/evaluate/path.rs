@@ -8,11 +8,7 @@ use crate::core::event::OdometrySample;
 use crate::core::geometry::{Pose2, Vec2, wrap_angle};
 use crate::core::joint::path::CorrectedPath;
 use crate::core::odometry::Track;
-use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
-
-/// A stamped path: nanoseconds on the log's own clock, and `world_from_robot`.
-pub type Path = Vec<(i64, Pose2)>;
 
 /// How far a path is from the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -45,18 +41,6 @@ pub struct PathError {
     /// Root mean square of headings, radians.
     #[serde(serialize_with = "number")]
     pub heading: f64,
-}
-
-/// The path that a replay used: odometry's, corrected where it was.
-pub fn used(replay: &Replay<'_>, outcome: &Outcome) -> Path {
-    let corrected = |sample: &OdometrySample| match outcome.joint() {
-        Some(joint) => joint
-            .path
-            .correct(sample.stamp_ns, &sample.world_from_robot),
-        None => sample.world_from_robot,
-    };
-    let samples = replay.log().events.odometry.iter();
-    samples.map(|s| (s.stamp_ns, corrected(s))).collect()
 }
 
 impl PathScore {
@@ -166,7 +150,7 @@ mod tests {
     use crate::core::geometry::unit;
 
     /// The path of a robot that goes round a circle of a metre.
-    fn round() -> Path {
+    fn round() -> Vec<(i64, Pose2)> {
         let pose = |k: i64| {
             let place = unit(0.05 * k as f64);
             Pose2::new(place.x, place.y, 0.05 * k as f64 + 1.5)
@@ -185,7 +169,7 @@ mod tests {
     #[test]
     fn a_path_in_another_frame_has_no_error() {
         let other_from_world = Pose2::new(3.0, -2.0, 2.5);
-        let path: Path = round()
+        let path: Vec<(i64, Pose2)> = round()
             .iter()
             .map(|(stamp_ns, pose)| (*stamp_ns, other_from_world.compose(pose)))
             .collect();
@@ -207,7 +191,7 @@ mod tests {
         let turned = first
             .compose(&Pose2::new(0.0, 0.0, 0.1))
             .compose(&first.inverse());
-        let mut path: Path = round();
+        let mut path: Vec<(i64, Pose2)> = round();
         for (_, pose) in &mut path[1..] {
             *pose = turned.compose(pose);
         }
@@ -219,7 +203,7 @@ mod tests {
 
     #[test]
     fn poses_between_those_that_are_known_are_held_against_what_lies_between() {
-        let known: Path = round().into_iter().step_by(2).collect();
+        let known: Vec<(i64, Pose2)> = round().into_iter().step_by(2).collect();
         let score = score(&round(), &known).unwrap();
         assert_eq!(score.poses, 99, "the last one lies beyond");
         assert!(score.aligned.max < 2e-3, "{score:?}");

@@ -17,7 +17,7 @@ use crate::core::world::World;
 use crate::io::config::file::{ConfigError, to_table};
 use crate::io::log::truth::RecordedTruth;
 use crate::io::log::{Gathered, LogError};
-use crate::tools::evaluate::{Evaluation, Truth, TruthError, path};
+use crate::tools::evaluate::{Evaluation, Truth, TruthError};
 
 /// What is asked of a sweep.
 #[derive(Debug)]
@@ -245,7 +245,7 @@ impl<'a> Runner<'a> {
         let truth = self.truth(&replay, recorded)?;
         let outcome = replay.run(&mut [])?;
         let truth = truth.map(|truth| {
-            let evaluation = Evaluation::new(&truth, &path::used(&replay, &outcome), &outcome);
+            let evaluation = Evaluation::new(&truth, &replay.path(&outcome), &outcome);
             TruthScore::new(&evaluation)
         });
         Ok(Score::new(&outcome, truth))

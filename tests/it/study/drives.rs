@@ -10,7 +10,7 @@ use tmam_replay::core::world::{Wall, World};
 use tmam_replay::io::config::file::parse;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
-use tmam_replay::tools::evaluate::{Evaluation, Truth, path};
+use tmam_replay::tools::evaluate::{Evaluation, Truth};
 use tmam_replay::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
 };
@@ -219,11 +219,7 @@ pub fn run(case: Case, seeds: RangeInclusive<u64>, rules: &Rules) -> Vec<Vec<Eva
             let replay = Replay::new(&log, config).unwrap();
             let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
             let outcome = replay.run(&mut []).unwrap();
-            scores.push(Evaluation::new(
-                &truth,
-                &path::used(&replay, &outcome),
-                &outcome,
-            ));
+            scores.push(Evaluation::new(&truth, &replay.path(&outcome), &outcome));
         }
     }
     scores

@@ -104,3 +104,27 @@ fn a_stamp_that_ros_cannot_hold_is_refused() {
         );
     }
 }
+
+#[test]
+fn the_covariance_of_a_path_stands_in_its_rows_and_columns() {
+    let covariance = Matrix3::new(1.0, 2.0, 3.0, 2.0, 4.0, 5.0, 3.0, 5.0, 6.0);
+    let pose = Pose2::new(1.0, 2.0, 0.0);
+    let messages = log(|log| log.path_pose(STAMP_NS, pose, &covariance).unwrap());
+    let [message] = messages.as_slice() else {
+        panic!("one message expected")
+    };
+    assert_eq!(message.channel.topic, PATH_TOPIC);
+    let mut reader = body(&message.data, "odom");
+    assert_eq!(reader.read_str().unwrap(), "base_link");
+    assert_eq!(
+        floats::<7>(&mut reader),
+        [1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    );
+    let mut expected = [[0.0; 6]; 6];
+    expected[0] = [1.0, 2.0, 0.0, 0.0, 0.0, 3.0];
+    expected[1] = [2.0, 4.0, 0.0, 0.0, 0.0, 5.0];
+    expected[5] = [3.0, 5.0, 0.0, 0.0, 0.0, 6.0];
+    assert_eq!(floats::<36>(&mut reader), *expected.as_flattened());
+    assert_eq!(floats::<42>(&mut reader), [0.0; 42]);
+    assert_eq!(reader.remaining(), 0);
+}

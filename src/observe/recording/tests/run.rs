@@ -14,6 +14,7 @@ use crate::core::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::core::observer::{Observer as _, Setting, Source};
 use crate::core::tmam::Tmam;
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::step::Closure;
 use crate::observe::drawing::Overlay;
 use crate::observe::recording::Recording;
 
@@ -116,6 +117,24 @@ pub fn record_under(
     sonars: &[Sonar],
     frames: &[Frame],
 ) -> (Vec<u8>, Vec<ArcReport>) {
+    record_all(overlay, &[], sonars, frames)
+}
+
+/// The same of a run at whose end these loop closures are known.
+pub fn record_closing(
+    closures: &[Closure],
+    sonars: &[Sonar],
+    frames: &[Frame],
+) -> (Vec<u8>, Vec<ArcReport>) {
+    record_all(Overlay::default(), closures, sonars, frames)
+}
+
+fn record_all(
+    overlay: Overlay,
+    closures: &[Closure],
+    sonars: &[Sonar],
+    frames: &[Frame],
+) -> (Vec<u8>, Vec<ArcReport>) {
     let config = Config::default();
     let source = Source {
         file: "room.mcap".to_owned(),
@@ -139,7 +158,8 @@ pub fn record_under(
         let step = tmam.step(frame);
         recording.frame(frame, &step).unwrap();
     }
-    let step = tmam.finish();
+    let mut step = tmam.finish();
+    step.closures.extend(closures);
     recording.finish(&step).unwrap();
     recording.close(None).unwrap();
     (bytes, step.reports)
