@@ -9,7 +9,7 @@ use std::io::{Seek, Write};
 
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::Matrix3;
 use re_cdr::{CdrWriter, LittleEndian};
 use serde::Serialize;
 
@@ -347,15 +347,16 @@ impl<'a> Cdr<'a> {
     /// A covariance over (x, y, yaw) as one over (x, y, z, roll, pitch, yaw). All zeros is how ROS says
     /// that it is not known.
     fn covariance(&mut self, covariance: &Matrix3<f64>) {
-        let mut whole = Matrix6::zeros();
-        let places = [0, 1, 5];
-        for (row, to_row) in places.iter().enumerate() {
-            for (column, to_column) in places.iter().enumerate() {
-                whole[(*to_row, *to_column)] = covariance[(row, column)];
-            }
-        }
-        // Symmetric: by columns as by rows.
-        for value in whole.iter() {
+        let c = covariance;
+        let rows = [
+            [c.m11, c.m12, 0.0, 0.0, 0.0, c.m13],
+            [c.m21, c.m22, 0.0, 0.0, 0.0, c.m23],
+            [0.0; 6],
+            [0.0; 6],
+            [0.0; 6],
+            [c.m31, c.m32, 0.0, 0.0, 0.0, c.m33],
+        ];
+        for value in rows.as_flattened() {
             self.0.write_f64(*value);
         }
     }
