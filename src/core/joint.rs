@@ -108,7 +108,7 @@ pub struct JointEstimate {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OdometryKept {
     /// The ranges are as likely at the poses of odometry.
-    #[error("the ranges agree with odometry: no correction makes them likelier")]
+    #[error("the ranges agree with odometry as it is")]
     Agrees,
     /// Nothing that the path could be held against.
     #[error(

@@ -140,7 +140,7 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     match &outcome.poses {
         Some(Ok(joint)) => tell_joint(&mut text, joint),
         Some(Err(kept)) => {
-            let _ = writeln!(text, "{:<10} odometry's: {kept}", "poses");
+            let _ = writeln!(text, "{:<10} not corrected: {kept}", "poses");
         }
         None => {}
     }

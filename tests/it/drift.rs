@@ -78,7 +78,7 @@ fn the_files_say_what_was_corrected() {
     let trace = String::from_utf8(bench.bytes("t.jsonl")).unwrap();
     let last: Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
     let [x, y] = [&last["odometry"][0], &last["odometry"][1]].map(number);
-    let moved = f64::hypot(x - number(&last["x"]), y - number(&last["y"]));
+    let moved = libm::hypot(x - number(&last["x"]), y - number(&last["y"]));
     assert!((0.01..0.5).contains(&moved), "{last}");
     let again = replayed(&bench, "");
     assert_eq!(features, again);

@@ -23,6 +23,9 @@ const ROOM: [&str; 2] = ["<!-- tables: begin -->\n", "<!-- tables: end -->\n"];
 /// Where those of other worlds do.
 const WORLDS: [&str; 2] = ["<!-- worlds: begin -->\n", "<!-- worlds: end -->\n"];
 
+/// Where those of estimated poses do.
+const POSES: [&str; 2] = ["<!-- poses: begin -->\n", "<!-- poses: end -->\n"];
+
 /// Seeds of the drives that are not in the room's main tables, and of the switches.
 const FEWER_SEEDS: u64 = 10;
 
@@ -67,6 +70,26 @@ fn cases_of_worlds() -> Vec<Case> {
     both.chain(office).collect()
 }
 
+/// Where odometry and estimated poses are held against each other.
+fn cases_of_poses() -> Vec<Case> {
+    let drives = [
+        Drive::Driven,
+        Drive::LittleDrift,
+        Drive::MuchDrift,
+        Drive::ThreeLapsMuchDrift,
+    ];
+    let room = drives.map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }));
+    let office = Drive::Office {
+        laps: 1,
+        drifts: true,
+    };
+    let office = Case {
+        drive: office,
+        sigma: 0.003,
+    };
+    room.into_iter().flatten().chain([office]).collect()
+}
+
 fn rows(cases: &[Case], seeds: u64, rules: &Rules) -> Vec<Row> {
     let mut rows = Vec::new();
     for case in cases {
@@ -96,6 +119,16 @@ fn the_page_holds_what_the_study_finds() {
 fn the_page_holds_what_the_study_finds_in_other_worlds() {
     let found = rows(&cases_of_worlds(), FEWER_SEEDS, &Rules::noise_aware());
     hold(WORLDS, &tables::worlds(&found, FEWER_SEEDS));
+}
+
+#[test]
+#[ignore = "takes minutes; docs/evaluation.md says how to run it"]
+fn the_page_holds_what_the_study_finds_of_poses() {
+    let mut found = rows(&cases_of_poses(), FEWER_SEEDS, &Rules::poses());
+    let drive = Drive::MuchDrift;
+    let told = [0.003, 0.010].map(|sigma| Case { drive, sigma });
+    found.extend(rows(&told, FEWER_SEEDS, &Rules::told()));
+    hold(POSES, &tables::poses(&found, FEWER_SEEDS));
 }
 
 /// Holds the page to the tables that were found, or puts them there if that is asked for.

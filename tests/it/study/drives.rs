@@ -35,6 +35,8 @@ pub enum Drive {
     Posts(u8),
     /// So often round the office of the sample logs, with odometry that is exact, or drifts by much.
     Office { laps: u16, drifts: bool },
+    /// Driven three times round with odometry that drifts by much.
+    ThreeLapsMuchDrift,
     /// Driven once round with odometry that drifts by 1 cm and 0.2 deg after a metre, and by 0.5 deg
     /// after turning by a radian.
     MuchDrift,
@@ -58,6 +60,7 @@ impl Case {
             Drive::TenLaps => "ten laps".to_owned(),
             Drive::LittleDrift => "little drift".to_owned(),
             Drive::MuchDrift => "much drift".to_owned(),
+            Drive::ThreeLapsMuchDrift => "three laps, much drift".to_owned(),
             Drive::Rough(share) => format!("{share} % of the walls rough"),
             Drive::CrossTalk => "5 % cross-talk".to_owned(),
             Drive::Posts(apart) => format!("posts {apart} cm apart"),
@@ -83,6 +86,7 @@ impl Case {
             },
             path: match self.drive {
                 Drive::TenLaps => Path::room().repeated(10).unwrap(),
+                Drive::ThreeLapsMuchDrift => Path::room().repeated(3).unwrap(),
                 Drive::Office { laps, .. } => office_path().repeated(laps).unwrap(),
                 _ => Path::room(),
             },
@@ -105,7 +109,9 @@ impl Case {
             },
             odometry_noise: match self.drive {
                 Drive::LittleDrift => drift(0.002, 0.05, 0.1),
-                Drive::MuchDrift | Drive::Office { drifts: true, .. } => drift(0.01, 0.2, 0.5),
+                Drive::MuchDrift
+                | Drive::ThreeLapsMuchDrift
+                | Drive::Office { drifts: true, .. } => drift(0.01, 0.2, 0.5),
                 _ => OdometryNoise::default(),
             },
             seed,
@@ -190,6 +196,32 @@ impl Rules {
     pub fn measuring() -> Self {
         let config = parse("[noise]\ntrust_variance = false").unwrap();
         Self(vec![("noise-aware", config)])
+    }
+
+    /// The noise-aware rule at the poses of odometry, and at poses that are estimated with the features.
+    pub fn poses() -> Self {
+        let rules = ["odometry", "joint"];
+        Self(
+            rules
+                .map(|name| (name, parse(&format!("poses = \"{name}\"")).unwrap()))
+                .to_vec(),
+        )
+    }
+
+    /// The same estimate where the noise of odometry is told: half, just, and twice what much drift is.
+    pub fn told() -> Self {
+        let rules = [("told half", 0.5), ("told", 1.0), ("told twice", 2.0)];
+        Self(
+            rules
+                .map(|(name, by)| {
+                    let [distance, heading, turn] = [0.01, 0.2, 0.5].map(|noise| noise * by);
+                    let text = format!(
+                        "[noise]\nodometry_distance = {distance}\nodometry_heading = {heading}\nodometry_turn = {turn}"
+                    );
+                    (name, parse(&text).unwrap())
+                })
+                .to_vec(),
+        )
     }
 
     /// The noise-aware rule, and it without each of its switches.
