@@ -52,6 +52,9 @@ const AT_FIRST: Drift = Drift {
 /// does by more in one log of twenty (chi2 with three degrees of freedom, halved).
 const DECISIVE: f64 = 3.9;
 
+/// A map that explains a smaller share of the arcs does not say where the robot was.
+const LEAST_EXPLAINED: f64 = 0.3;
+
 /// Of the arcs that are explained, the share that may be so no longer: features that were there twice
 /// explained some that none explains now. A loop that is closed wrongly costs a fifth.
 const SHARE_LOST: f64 = 0.03;
@@ -120,6 +123,9 @@ pub enum OdometryKept {
         /// Key poses of the path.
         keys: usize,
     },
+    /// Most of what was heard came from nothing in the map: too little to hold a path against.
+    #[error("the map explains only {:.0} % of the arcs: too little to correct odometry by it", 100.0 * .0)]
+    LittleExplained(f64),
     /// What comes out explains less.
     #[error(
         "corrected poses explain {:.1} % of the arcs, odometry {:.1} %: something was taken for something else",
@@ -227,6 +233,9 @@ pub fn estimate(
         &arcs,
         &Reach::of(config.map.max_wall_gap),
     );
+    if after < LEAST_EXPLAINED {
+        return Err(OdometryKept::LittleExplained(after));
+    }
     if after < before * (1.0 - SHARE_LOST) {
         return Err(OdometryKept::ExplainsLess { before, after });
     }

@@ -1,7 +1,7 @@
 //! A result does not hang on the last bit: poses and ranges moved by less than a nanometre give the
 //! same labels, the same features under the same ids, and values that agree to a micrometre.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -16,7 +16,7 @@ use tmam_replay::core::tmam::label::Label;
 use tmam_replay::core::tmam::step::Extraction;
 use tmam_replay::io::log;
 
-use super::support::{sample, shared};
+use super::support::{Bench, sample, shared};
 
 /// Seeded runs of each log under each rule.
 const RUNS: u64 = 20;
@@ -208,6 +208,18 @@ fn house_run1() {
 #[test]
 fn house_run1_by_the_paper() {
     hold(shared("house_run1.mcap"), Rule::Paper);
+}
+
+/// Poses are estimated with the features there.
+#[test]
+fn a_drive_with_odometry_that_drifts() {
+    let bench = Bench::new();
+    let made = bench.tmam(
+        Path::new(""),
+        "simulate -o room.mcap --drive --noise 0.003 --odometry-noise 0.01 --heading-noise 0.2 --turn-noise 0.5",
+    );
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    hold(Some(bench.path("room.mcap")), Rule::NoiseAware);
 }
 
 #[test]
