@@ -6,7 +6,9 @@
 //! the beam's width. With `n` the normal of the wall at the angle theta, a sensor at `s` measures along
 //! the edge ray at the angle `e`
 //!
-//!     r = (rho - n . s) / cos(e - theta)
+//! ```text
+//! r = (rho - n . s) / cos(e - theta)
+//! ```
 //!
 //! which grows or falls faster while the sensor passes than any range to a foot in the beam.
 
