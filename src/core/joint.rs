@@ -37,6 +37,10 @@ const FEWEST: usize = 3;
 /// Fewer landmarks do not hold a path.
 const FEWEST_LANDMARKS: usize = 3;
 
+/// Key poses times unknowns of landmarks squared, at most: what a solve takes grows with it, to some ten
+/// seconds here.
+const MOST_WORK: usize = 4_000_000_000;
+
 /// This near to its end a wall is not told from its corner, metres.
 const MARGIN: f64 = 0.05;
 
@@ -123,6 +127,17 @@ pub enum OdometryKept {
         /// Key poses of the path.
         keys: usize,
     },
+    /// More than can be solved in bounded time and memory.
+    #[error(
+        "{landmarks} features along {keys} key poses are too many to estimate together; \
+         --start and --end replay a part of the log"
+    )]
+    TooMuch {
+        /// Features with enough readings.
+        landmarks: usize,
+        /// Key poses of the path.
+        keys: usize,
+    },
     /// Most of what was heard came from nothing in the map: too little to hold a path against.
     #[error("the map explains only {:.0} % of the arcs: too little to correct odometry by it", 100.0 * .0)]
     LittleExplained(f64),
@@ -194,11 +209,12 @@ pub fn estimate(
         .values()
         .filter(|(count, _)| *count >= FEWEST)
         .count();
-    if solver.keys.len() < 2 || landmarks < FEWEST_LANDMARKS {
-        return Err(OdometryKept::TooLittle {
-            landmarks,
-            keys: solver.keys.len(),
-        });
+    let keys = solver.keys.len();
+    if keys < 2 || landmarks < FEWEST_LANDMARKS {
+        return Err(OdometryKept::TooLittle { landmarks, keys });
+    }
+    if !is_bounded(landmarks, keys) {
+        return Err(OdometryKept::TooMuch { landmarks, keys });
     }
     let before = match start {
         Some(start) => start.explained[0],
@@ -252,6 +268,11 @@ pub fn estimate(
             .collect(),
         explained: [before, after],
     })
+}
+
+fn is_bounded(landmarks: usize, keys: usize) -> bool {
+    let unknowns = landmarks.saturating_mul(2);
+    unknowns.saturating_mul(unknowns).saturating_mul(keys) <= MOST_WORK
 }
 
 /// The noise of odometry, as far as the configuration does not say it.
@@ -607,5 +628,19 @@ fn extent(association: &Association, id: u32) -> Option<Segment> {
     match association.feature(id)?.shape {
         Shape::Line(segment) => Some(segment),
         Shape::Point(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_solved_is_bounded() {
+        // Twice round the office of the sample logs, and what no drive has.
+        assert!(is_bounded(365, 1904));
+        assert!(is_bounded(500, 4000));
+        assert!(!is_bounded(501, 4000) && !is_bounded(20_000, 10));
+        assert!(!is_bounded(usize::MAX, usize::MAX));
     }
 }

@@ -23,7 +23,7 @@ const ANYWHERE: f64 = 100.0;
 const MAX_STEPS: usize = 12;
 const MAX_HALVINGS: usize = 8;
 
-/// After a step shorter than this, metres and radians, the next one is shorter than its square.
+/// A step shorter than this is the last, metres and radians: what is left is about its square.
 const SETTLED: f64 = 1e-4;
 
 /// A reading of a landmark.
