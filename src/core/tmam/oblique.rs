@@ -184,11 +184,15 @@ mod tests {
             let side = if side { 1.0 } else { -1.0 };
             let theta = yaw + side * (HALF + beyond);
             let arcs = passing(7, yaw, turn, |sensor, yaw| along_edge(theta, 4.0, sensor, yaw));
+            // A line of ranges fits the left edge of one wall and the right edge of another: it need not be
+            // this wall that is found, but one that is at least as likely.
             if let Some(found) = behind(&arcs) {
+                let newest = &arcs[arcs.len() - found.readings..];
+                let origin = newest[newest.len() / 2].center();
+                let edge = EdgeRange { side, origin };
+                let this = Vector2::new(4.0 - unit(theta).dot(&origin), theta);
                 prop_assert!(found.chi2 < Gate::new(GATE).at(found.readings - 2));
-                // Four noisy readings tell the angle less well.
-                let off = (found.incidence - beyond).abs();
-                prop_assert!(found.readings < 7 || off < 0.15, "{found:?} {beyond}");
+                prop_assert!(found.chi2 <= chi2(&edge, this, newest) + 1e-3, "{found:?}");
             }
         }
 
