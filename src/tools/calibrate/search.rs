@@ -1,0 +1,249 @@
+//! Tries what may be off: each candidate is applied, the log replayed, and kept where its own map explains
+//! it in fewer bits.
+
+use crate::core::bits::Bits;
+use crate::core::calibrate::candidate::{Candidate, Estimated, Estimates};
+use crate::core::calibrate::change::Change;
+use crate::core::calibrate::parameter::Parameter;
+use crate::core::config::Config;
+use crate::core::log::Log;
+use crate::core::replay::{Outcome, Replay};
+use crate::core::tmam::feature::{Kind, Status};
+
+/// Causes that are looked for, at most.
+const MOST_CAUSES: usize = 3;
+/// Candidates that are tried for each of them, at most.
+const TRIED_EACH: usize = 5;
+/// How often a value is estimated anew with itself applied.
+const REFINED: usize = 2;
+/// What a cause must gain, bits altogether, and per parameter.
+const LEAST_GAIN: f64 = 25.0;
+const OF_PARAMETER: f64 = 8.0;
+/// A candidate with such a share of the gain of the best explains the log as well.
+const AS_WELL: f64 = 0.9;
+/// Arcs that are replayed for all trials, at most.
+const MOST_WORK: u64 = 1_500_000;
+
+/// How a replay came out.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Result {
+    /// How its map explains it.
+    pub bits: Bits,
+    /// Labels that are contradicted.
+    pub suspects: u64,
+    /// Confirmed lines and points.
+    pub map: [u64; 2],
+}
+
+/// What is off, tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cause {
+    /// The parameters, with how far they are off.
+    pub values: Vec<Estimated>,
+    /// Without it, and with it; the causes before it being mended.
+    pub results: [Result; 2],
+    /// What explains the log as well, tried as well.
+    pub rivals: Vec<Vec<Estimated>>,
+}
+
+/// A log held against its configuration.
+#[derive(Debug, Clone)]
+pub struct Search {
+    /// What is off, the weightiest first.
+    pub causes: Vec<Cause>,
+    /// All of it together.
+    pub change: Change,
+    /// As configured, and with all of it.
+    pub results: [Result; 2],
+    /// What the log says with all of it.
+    pub estimates: Estimates,
+    /// Replays that were made.
+    pub replays: usize,
+    /// Whether there was more to try than was allowed.
+    pub is_cut_short: bool,
+}
+
+/// A replay of a changed log.
+struct Tried {
+    change: Change,
+    result: Result,
+    estimates: Estimates,
+}
+
+struct Searcher<'a> {
+    log: &'a Log,
+    /// With the noise that the ranges have as configured: chi2 compares only so.
+    config: Config,
+    replays: usize,
+    work: u64,
+}
+
+impl Result {
+    /// Of a replay.
+    pub fn of(outcome: &Outcome) -> Self {
+        let confirmed = |kind| {
+            let features = outcome.map.iter();
+            let of_kind =
+                features.filter(|f| f.status == Status::Confirmed && f.shape.kind() == kind);
+            of_kind.count() as u64
+        };
+        Self {
+            bits: Bits::of(outcome),
+            suspects: outcome.suspects,
+            map: [confirmed(Kind::Line), confirmed(Kind::Point)],
+        }
+    }
+
+    /// Bits that it takes fewer than another one, altogether: the same number of arcs being assumed.
+    pub fn gain_over(&self, other: &Self) -> f64 {
+        let per_arc = other.bits.per_arc().zip(self.bits.per_arc());
+        let arcs = self.bits.arcs.min(other.bits.arcs) as f64;
+        per_arc.map_or(0.0, |(other, own)| (other - own) * arcs)
+    }
+}
+
+/// Looks for what is off. `replay` and `outcome` are those of the log as configured.
+pub fn search(replay: &Replay<'_>, outcome: &Outcome) -> Search {
+    let mut searcher = Searcher {
+        log: replay.log(),
+        config: replay.config().clone(),
+        replays: 0,
+        work: 0,
+    };
+    let first = Result::of(outcome);
+    let mut now = Tried {
+        change: Change::default(),
+        result: first,
+        estimates: Estimates::new(replay, outcome),
+    };
+    let mut causes = Vec::new();
+    let mut is_cut_short = false;
+    while causes.len() < MOST_CAUSES {
+        let candidates = now.estimates.candidates();
+        if candidates.is_empty() {
+            break;
+        }
+        let Some((cause, then)) = searcher.best(&now, &candidates) else {
+            is_cut_short |= searcher.is_spent();
+            break;
+        };
+        causes.push(cause);
+        now = then;
+    }
+    Search {
+        causes,
+        change: now.change,
+        results: [first, now.result],
+        estimates: now.estimates,
+        replays: searcher.replays,
+        is_cut_short,
+    }
+}
+
+impl Searcher<'_> {
+    fn is_spent(&self) -> bool {
+        self.work > MOST_WORK
+    }
+
+    /// Replays the log with a change.
+    fn replayed(&mut self, change: Change) -> Option<Tried> {
+        if self.is_spent() {
+            return None;
+        }
+        let mut log = self.log.clone();
+        change.apply(&mut log.events);
+        let mut config = self.config.clone();
+        change.apply_clocks(&mut config);
+        let replay = Replay::new(&log, &config).ok()?;
+        let outcome = replay.run(&mut []).ok()?;
+        self.replays += 1;
+        let result = Result::of(&outcome);
+        self.work += result.bits.arcs;
+        Some(Tried {
+            change,
+            result,
+            estimates: Estimates::new(&replay, &outcome),
+        })
+    }
+
+    /// The candidate that gains most, as far as one gains enough.
+    fn best(&mut self, now: &Tried, candidates: &[Candidate]) -> Option<(Cause, Tried)> {
+        let mut tried: Vec<(Vec<Parameter>, Tried, f64)> = Vec::new();
+        for candidate in candidates.iter().take(TRIED_EACH) {
+            let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
+            let found = self.settled(now, candidate);
+            tried.extend(found.map(|(found, gain)| (group, found, gain)));
+        }
+        let least = |group: &[Parameter]| LEAST_GAIN + OF_PARAMETER * group.len() as f64;
+        tried.retain(|(group, _, gain)| *gain > least(group));
+        let worth = |group: &[Parameter], gain: f64| gain - OF_PARAMETER * group.len() as f64;
+        tried.sort_by(|(a, _, gain_a), (b, _, gain_b)| {
+            worth(b, *gain_b).total_cmp(&worth(a, *gain_a))
+        });
+        let mut tried = tried.into_iter();
+        let (group, best, gain) = tried.next()?;
+        let values = |group: &[Parameter], tried: &Tried| tried.values(group, now);
+        let rivals = tried.filter(|(_, _, other)| *other > AS_WELL * gain);
+        let rivals = rivals
+            .map(|(group, tried, _)| values(&group, &tried))
+            .collect();
+        Some((
+            Cause {
+                values: values(&group, &best),
+                results: [now.result, best.result],
+                rivals,
+            },
+            best,
+        ))
+    }
+
+    /// A candidate, estimated anew as long as that gains.
+    fn settled(&mut self, now: &Tried, candidate: &Candidate) -> Option<(Tried, f64)> {
+        let with = |change: &Change, values: &[Estimated]| {
+            let mut change = change.clone();
+            values
+                .iter()
+                .for_each(|one| change.add(one.parameter, one.value));
+            change
+        };
+        let mut best = self.replayed(with(&now.change, &candidate.values))?;
+        let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
+        for _ in 0..REFINED {
+            let Some(more) = best.estimates.of(&group) else {
+                break;
+            };
+            if more
+                .values
+                .iter()
+                .all(|one| one.value.abs() < 1.5 * one.deviation)
+            {
+                break;
+            }
+            let Some(found) = self.replayed(with(&best.change, &more.values)) else {
+                break;
+            };
+            if found.result.gain_over(&best.result) <= 0.0 {
+                break;
+            }
+            best = found;
+        }
+        let gain = best.result.gain_over(&now.result);
+        Some((best, gain))
+    }
+}
+
+impl Tried {
+    /// What was changed of some parameters since `before`, with what the log says now of how sure that is.
+    fn values(&self, group: &[Parameter], before: &Self) -> Vec<Estimated> {
+        let now = self.estimates.of(group);
+        let values = group.iter().enumerate().map(|(at, parameter)| Estimated {
+            parameter: *parameter,
+            value: self.change.of(*parameter) - before.change.of(*parameter),
+            deviation: now
+                .as_ref()
+                .and_then(|now| now.values.get(at))
+                .map_or(0.0, |one| one.deviation),
+        });
+        values.collect()
+    }
+}
