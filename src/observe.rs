@@ -1,5 +1,6 @@
 //! What watches a replay and writes or shows what it sees.
 
+pub mod causes;
 pub mod drawing;
 pub mod features;
 pub mod path_file;

@@ -4,7 +4,7 @@ mod error;
 mod outcome;
 
 pub use error::ReplayError;
-pub use outcome::Outcome;
+pub use outcome::{CauseTold, Outcome};
 
 use std::borrow::Cow;
 

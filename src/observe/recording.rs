@@ -50,6 +50,7 @@ use self::robot::Robot;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
+use crate::core::replay::CauseTold;
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
@@ -284,6 +285,21 @@ impl<'a> Recording<'a> {
             corrected: self.corrections.are_there(),
             first: self.overlay.first_frame,
         }
+    }
+
+    /// Tells at the first frame what is off in the log.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn tell_causes(&mut self, causes: &[CauseTold]) -> Result<(), Error> {
+        let Some([first, _]) = self.span else {
+            return Ok(());
+        };
+        for (place, cause) in causes.iter().enumerate() {
+            let text = format!("cause {}: {}", place + 1, cause.text);
+            self.canvas.note(first, TextLogLevel::WARN, text)?;
+        }
+        self.canvas.flush()
     }
 
     /// Closes the file after [`Observer::finish`], with the results of the run in it where they are

@@ -1,159 +1,139 @@
-//! Scratch harness.
-use std::io::Cursor;
-use tmam_replay::core::calibrate::{candidate::Estimates, change::Change, parameter::*};
-use tmam_replay::core::config::Config;
-use tmam_replay::core::event::SonarId;
-use tmam_replay::core::replay::Replay;
-use tmam_replay::core::world::World;
-use tmam_replay::io::log::read_with_truth_in;
-use tmam_replay::tools::calibrate::search::search;
-use tmam_replay::tools::simulate::*;
-use tmam_replay::tools::sweep::score::Score;
+//! `tmam calibrate` and the causes that a replay tells: what is off is found, and what is not is not.
 
-fn log(sigma: f64, seed: u64, office: bool, drift: bool) -> tmam_replay::Log {
-    let (world, path) = if office {
-        let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/sample_logs/");
-        (
-            World::from_json(&std::fs::read_to_string(format!("{dir}office.world.json")).unwrap())
-                .unwrap(),
-            std::fs::read_to_string(format!("{dir}office.waypoints"))
-                .unwrap()
-                .trim()
-                .parse::<Path>()
-                .unwrap(),
-        )
-    } else {
-        (World::room(), Path::room())
-    };
-    let simulation = Simulation {
-        world,
-        diffuse: 0.0,
-        path,
-        motion: Motion::Driving(Driving::default()),
-        ring: Ring::default(),
-        range_noise: RangeNoise {
-            sigma,
-            ..RangeNoise::default()
-        },
-        false_echoes: FalseEchoes::default(),
-        odometry_noise: if drift {
-            OdometryNoise {
-                distance: 0.01,
-                heading: 0.0035,
-                turn: 0.0087,
-            }
-        } else {
-            OdometryNoise::default()
-        },
-        seed,
-    };
-    let bytes = simulation
-        .write(Cursor::new(Vec::new()))
-        .unwrap()
-        .into_inner();
-    read_with_truth_in(Cursor::new(bytes), "s.mcap", &Config::default())
-        .unwrap()
-        .0
+mod seeded;
+
+use std::path::Path;
+
+use crate::support::{Bench, Run};
+use serde_json::Value;
+
+fn ok(run: &Run) -> &str {
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    &run.stdout
+}
+
+/// A drive through the room with 3 mm of range noise.
+fn drive(bench: &Bench) {
+    let flags = "simulate -o drive.mcap --drive --noise 0.003 --seed 5";
+    ok(&bench.tmam(Path::new(""), flags));
 }
 
 #[test]
-#[ignore]
-fn probe() {
-    let env = |k: &str, d: &str| std::env::var(k).unwrap_or(d.into());
-    let sigma: f64 = env("S", "0.003").parse().unwrap();
-    let seed: u64 = env("SEED", "1").parse().unwrap();
-    let mut log = log(
-        sigma,
-        seed,
-        env("OFFICE", "") == "1",
-        env("DRIFT", "") == "1",
+fn a_sonar_that_is_turned_is_told_and_the_line_that_mends_it_does() {
+    let bench = Bench::new();
+    drive(&bench);
+    let log = bench.path("drive.mcap");
+    // The log has 135.
+    let turned = "--set sonar.sonar_06.yaw=131";
+    let told = bench.tmam(
+        &log,
+        &format!("calibrate {{}} {turned} --json --write tmam.toml"),
     );
-    let s = Whose::One(SonarId(6));
-    let v: f64 = env("V", "0").parse().unwrap();
-    let p = match env("P", "delay").as_str() {
-        "delay" => Parameter::RangeDelay,
-        "rate" => Parameter::ClockRate,
-        "odo" => Parameter::OdometryScale,
-        "turn" => Parameter::OdometryTurnScale,
-        "x" => Parameter::Sonar(s, Quantity::X),
-        "y" => Parameter::Sonar(s, Quantity::Y),
-        "yaw" => Parameter::Sonar(s, Quantity::Yaw),
-        "scale" => Parameter::Sonar(s, Quantity::RangeScale),
-        "offset" => Parameter::Sonar(s, Quantity::RangeOffset),
-        "width" => Parameter::Sonar(Whose::All, Quantity::BeamWidth),
-        "scaleall" => Parameter::Sonar(Whose::All, Quantity::RangeScale),
-        _ => panic!(),
+    let told: Value = serde_json::from_str(ok(&told)).unwrap();
+    let key = &told["keys"][0];
+    assert_eq!(key["key"], serde_json::json!(["sonar", "sonar_06", "yaw"]));
+    let yaw = key["value"].as_f64().unwrap();
+    assert!((yaw - 135.0).abs() < 1.2, "{told:#}");
+    assert_eq!(told["keys"].as_array().unwrap().len(), 1, "{told:#}");
+    // A replay says the same, in its summary and its features.
+    let run = bench.tmam(&log, &format!("replay {{}} {turned} --features f.json"));
+    assert!(
+        ok(&run).contains("cause 1    sonar_06 is turned by +"),
+        "{}",
+        run.stdout
+    );
+    let cause = bench.json("f.json")["causes"][0].clone();
+    let setting = format!("sonar.sonar_06.yaw={yaw}");
+    assert_eq!(cause["settings"], serde_json::json!([setting]));
+    // And is content with what was written.
+    let run = bench.tmam(&log, "replay {} --config tmam.toml --features f.json");
+    assert!(
+        ok(&run).contains("none found among: mounts"),
+        "{}",
+        run.stdout
+    );
+    assert_eq!(bench.json("f.json")["causes"], serde_json::json!([]));
+    let run = bench.tmam(&log, "replay {} --no-causes --features f.json");
+    assert!(!ok(&run).contains("cause"), "{}", run.stdout);
+    assert_eq!(bench.json("f.json")["causes"], Value::Null);
+}
+
+#[test]
+fn a_clock_that_is_late_and_a_sonar_that_measures_short_are_told_together() {
+    let bench = Bench::new();
+    drive(&bench);
+    let flags =
+        "calibrate {} --set input.range_delay=-0.1 --set sonar.sonar_07.range_scale=0.96 --json";
+    let told = bench.tmam(&bench.path("drive.mcap"), flags);
+    let told: Value = serde_json::from_str(ok(&told)).unwrap();
+    let keys = told["keys"].as_array().unwrap();
+    let value = |path: &[&str]| {
+        let key = keys
+            .iter()
+            .find(|key| key["key"] == serde_json::json!(path));
+        key.unwrap_or_else(|| panic!("{path:?} in {told:#}"))["value"]
+            .as_f64()
+            .unwrap()
     };
-    let mut change = Change::default();
-    change.add(p, v);
-    change.apply(&mut log.events);
-    let mut config = Config::default();
-    change.apply_clocks(&mut config);
-    let t = std::time::Instant::now();
-    let replay = Replay::new(&log, &config).unwrap();
-    let outcome = replay.run(&mut []).unwrap();
-    let tr = t.elapsed();
-    let score = Score::new(&outcome, None);
-    println!(
-        "bits {:?} expl {} of {} susp {} joint {:?}",
-        score.bits,
-        score.explained,
-        score.arcs,
-        score.suspects,
-        outcome.poses.as_ref().map(|p| p
-            .as_ref()
-            .map(|j| (j.drift, j.scales))
-            .map_err(|e| e.to_string()))
-    );
-    let t = std::time::Instant::now();
-    let e = Estimates::new(&replay, &outcome);
-    let te = t.elapsed();
-    if env("FULL", "") == "1" {
-        for g in e.groups() {
-            if let Some(c) = e.of(&g) {
-                println!(
-                    "  {:?} gain {:.1}",
-                    c.values
-                        .iter()
-                        .map(|v| (v.parameter, v.value, v.deviation))
-                        .collect::<Vec<_>>(),
-                    c.gain
-                );
-            }
-        }
+    assert!(value(&["input", "range_delay"]).abs() < 0.01, "{told:#}");
+    let scale = value(&["sonar", "sonar_07", "range_scale"]);
+    assert!((scale - 1.0).abs() < 0.006, "{told:#}");
+}
+
+#[test]
+fn the_keys_of_a_configuration_are_what_a_calibration_changes() {
+    let bench = Bench::new();
+    drive(&bench);
+    let log = bench.path("drive.mcap");
+    let features = |flags: &str| {
+        ok(&bench.tmam(
+            &log,
+            &format!("replay {{}} --no-causes --features f.json {flags}"),
+        ));
+        let found = bench.json("f.json");
+        (found["map"].clone(), found["counts"].clone())
+    };
+    let plain = features("");
+    // What is changed and changed back, but for rounding, is a log as it was.
+    for nothing in [
+        "--set input.odometry_scale=1 --set input.odometry_turn_scale=1",
+        "--set sonars.range_scale=1 --set sonars.range_offset=0 --set input.range_clock_rate=0",
+    ] {
+        assert_eq!(plain, features(nothing), "{nothing}");
     }
-    for c in e.candidates().iter().take(8) {
-        println!(
-            "  cand {:?} gain {:.1}",
-            c.values
-                .iter()
-                .map(|v| (v.parameter, v.value, v.deviation))
-                .collect::<Vec<_>>(),
-            c.gain
-        );
+    for other in [
+        "--set input.odometry_scale=1.02",
+        "--set input.odometry_turn_scale=1.02",
+        "--set sonars.range_scale=1.02",
+        "--set sonar.sonar_03.range_offset=0.03",
+        "--set input.range_clock_rate=0.003",
+    ] {
+        assert_ne!(plain, features(other), "{other}");
     }
-    let t = std::time::Instant::now();
-    let found = search(&replay, &outcome);
-    for c in &found.causes {
-        println!(
-            "CAUSE {:?} bits {:?} -> {:?}, expl {:?} -> {:?}, rivals {:?}",
-            c.values
-                .iter()
-                .map(|v| (v.parameter, v.value, v.deviation))
-                .collect::<Vec<_>>(),
-            c.results[0].bits.per_arc(),
-            c.results[1].bits.per_arc(),
-            c.results[0].bits.explained_share(),
-            c.results[1].bits.explained_share(),
-            c.rivals
-                .iter()
-                .map(|r| r.iter().map(|v| (v.parameter, v.value)).collect::<Vec<_>>())
-                .collect::<Vec<_>>()
-        );
+}
+
+#[test]
+fn a_sweep_takes_values_around_what_is_configured() {
+    let bench = Bench::new();
+    drive(&bench);
+    let log = bench.path("drive.mcap");
+    let run = bench.tmam(&log, "sweep {} --set sonar.sonar_03.yaw=+-5:2.5 --json");
+    let sweep: Value = serde_json::from_str(ok(&run)).unwrap();
+    let values = serde_json::json!([62.5, 65.0, 67.5, 70.0, 72.5]);
+    assert_eq!(sweep["axes"][0]["values"], values);
+    // The log has the truth, and mounts are ranked by the ranges all the same.
+    assert_eq!(sweep["truth"], true);
+    assert_eq!(sweep["ranked_by"][0], "bits");
+    assert_eq!(sweep["cells"][0]["values"][0], 67.5);
+    for (flags, said) in [
+        ("--set sonar.sonar_03.yaw=+-5", "has no step"),
+        (
+            "--set sonar.sonar_03.min_range=+-0.1:0.1",
+            "has no one value",
+        ),
+    ] {
+        let run = bench.tmam(&log, &format!("sweep {{}} {flags}"));
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(run.stderr.contains(said), "{}", run.stderr);
     }
-    println!(
-        "replay {tr:?} estimate {te:?} search {:?} {} replays",
-        t.elapsed(),
-        found.replays
-    );
 }

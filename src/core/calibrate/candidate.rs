@@ -12,6 +12,9 @@ use crate::core::replay::{Outcome, Replay};
 const CLEAR: f64 = 4.0;
 const CLEAR_GAIN: f64 = 10.0;
 
+/// What a parameter gains where nothing is off, in natural logarithms: with a thousand readings.
+const OF_PARAMETER: f64 = 3.5;
+
 /// Parameters that are off together, the others being as configured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
@@ -137,7 +140,7 @@ impl Estimates {
             .filter_map(|group| self.of(&group))
             .filter(|candidate| candidate.is_clear(self.seconds))
             .collect();
-        candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        candidates.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
         candidates
     }
 }
@@ -148,7 +151,15 @@ impl Candidate {
         let is_off = |one: &Estimated| {
             one.value.abs() > CLEAR * one.deviation && one.value.abs() > one.least(seconds)
         };
-        self.gain > CLEAR_GAIN && self.gain.is_finite() && self.values.iter().any(is_off)
+        self.gain > CLEAR_GAIN
+            && self.gain.is_finite()
+            && self.values.iter().any(is_off)
+            && self.values.iter().all(|one| one.value.abs() < one.most())
+    }
+
+    /// The gain less what a parameter gains by chance.
+    pub fn worth(&self) -> f64 {
+        self.gain - OF_PARAMETER * self.values.len() as f64
     }
 }
 
@@ -165,6 +176,20 @@ impl Estimated {
                 Quantity::RangeScale => 0.004,
                 Quantity::RangeOffset => 0.008,
                 Quantity::BeamWidth => 3.0_f64.to_radians(),
+            },
+        }
+    }
+
+    /// What is off by more is nothing that ranges of a map could find.
+    fn most(&self) -> f64 {
+        match self.parameter {
+            Parameter::RangeDelay => 1.5,
+            Parameter::ClockRate => 0.05,
+            Parameter::OdometryScale | Parameter::OdometryTurnScale => 0.2,
+            Parameter::Sonar(_, quantity) => match quantity {
+                Quantity::X | Quantity::Y | Quantity::RangeOffset | Quantity::RangeScale => 0.2,
+                Quantity::Yaw => 1.5,
+                Quantity::BeamWidth => 2.0,
             },
         }
     }

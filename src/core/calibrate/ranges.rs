@@ -126,7 +126,7 @@ pub fn estimate(scene: &Scene, replay: &Replay<'_>, outcome: &Outcome) -> Option
     let mut factor = None;
     for gate in GATES {
         matches = problem.matches(&state, gate);
-        let found = problem.system(&state, &matches, gate).factor()?;
+        let found = problem.system(&state, &matches).factor()?;
         state = problem.moved(&state, &found.solution()?);
         factor = Some(found);
     }
@@ -326,12 +326,16 @@ impl<'a> Problem<'a> {
         };
         let best = |(at, near): (usize, Vec<(usize, f64)>)| {
             let sonar = self.scene.pings.get(at)?.sonar;
-            let others = near.iter().find(|(place, _)| is_of_others(*place, sonar));
-            let (place, _) = others.or(near.first())?;
-            Some(Match {
-                ping: at,
-                place: *place,
-            })
+            let (first, _) = *near.first()?;
+            let is_like = |place: usize| {
+                let both = state.places.get(first).zip(state.places.get(place));
+                both.is_some_and(|(a, b)| a.is_like(b))
+            };
+            let mut others = near.iter().map(|(place, _)| *place);
+            let others = others
+                .find(|place| is_of_others(*place, sonar) && (*place == first || is_like(*place)));
+            let place = others.unwrap_or(first);
+            Some(Match { ping: at, place })
         };
         candidates.into_iter().filter_map(best).collect()
     }
@@ -366,7 +370,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    fn system(&self, state: &State, matches: &[Match], gate: f64) -> Arrowhead {
+    fn system(&self, state: &State, matches: &[Match]) -> Arrowhead {
         let count = self.parameters();
         let mut system = Arrowhead::new(state.poses.len(), count + 2 * state.places.len());
         for (at, before) in self.before().enumerate() {
@@ -384,7 +388,9 @@ impl<'a> Problem<'a> {
             else {
                 continue;
             };
-            let information = 1.0 / (residual.variance + gate * gate / 9.0);
+            // Cauchy's: what is of something else pulls little, and what is off together agrees.
+            let off = residual.residual * residual.residual / residual.variance;
+            let information = 1.0 / residual.variance / (1.0 + off / (SIGMAS * SIGMAS));
             if self.drift.is_none() {
                 system.add_shared(&residual.by_shared, residual.residual, information);
                 continue;

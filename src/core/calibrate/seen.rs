@@ -11,6 +11,9 @@ use crate::core::tmam::feature::{MapFeature, Segment, Shape, Status};
 /// The time over which a velocity is taken, seconds.
 const MOMENT: f64 = 0.05;
 
+/// The sine of the angle between lines of one direction, at most.
+const ALIKE: f64 = 0.1;
+
 /// One sonar's reading in a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Ping {
@@ -157,6 +160,15 @@ impl Place {
             bearing: direction(-predicted.by_sensor.transpose()),
             inside,
         })
+    }
+
+    /// Whether it may be the same thing, seen elsewhere: both points, or lines of one direction.
+    pub fn is_like(&self, other: &Self) -> bool {
+        match (self.extent, other.extent) {
+            (None, None) => true,
+            (Some(a), Some(b)) => a.along().perp(&b.along()).abs() < ALIKE,
+            _ => false,
+        }
     }
 
     /// Whether it stands between two places.

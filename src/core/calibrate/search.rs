@@ -1,10 +1,10 @@
 //! Tries what may be off: each candidate is applied, the log replayed, and kept where its own map explains
 //! it in fewer bits.
 
+use super::candidate::{Candidate, Estimated, Estimates};
+use super::change::Change;
+use super::parameter::Parameter;
 use crate::core::bits::Bits;
-use crate::core::calibrate::candidate::{Candidate, Estimated, Estimates};
-use crate::core::calibrate::change::Change;
-use crate::core::calibrate::parameter::Parameter;
 use crate::core::config::Config;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay};
@@ -21,12 +21,14 @@ const LEAST_GAIN: f64 = 25.0;
 const OF_PARAMETER: f64 = 8.0;
 /// A candidate with such a share of the gain of the best explains the log as well.
 const AS_WELL: f64 = 0.9;
+/// A candidate that is likelier by such a share of what the first one is explains the same trouble.
+const RIVAL: f64 = 0.6;
 /// Arcs that are replayed for all trials, at most.
 const MOST_WORK: u64 = 1_500_000;
 
-/// How a replay came out.
+/// How well a replay stands by its own map.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Result {
+pub struct Standing {
     /// How its map explains it.
     pub bits: Bits,
     /// Labels that are contradicted.
@@ -41,7 +43,7 @@ pub struct Cause {
     /// The parameters, with how far they are off.
     pub values: Vec<Estimated>,
     /// Without it, and with it; the causes before it being mended.
-    pub results: [Result; 2],
+    pub standings: [Standing; 2],
     /// What explains the log as well, tried as well.
     pub rivals: Vec<Vec<Estimated>>,
 }
@@ -54,7 +56,7 @@ pub struct Search {
     /// All of it together.
     pub change: Change,
     /// As configured, and with all of it.
-    pub results: [Result; 2],
+    pub standings: [Standing; 2],
     /// What the log says with all of it.
     pub estimates: Estimates,
     /// Replays that were made.
@@ -66,7 +68,7 @@ pub struct Search {
 /// A replay of a changed log.
 struct Tried {
     change: Change,
-    result: Result,
+    standing: Standing,
     estimates: Estimates,
 }
 
@@ -78,7 +80,7 @@ struct Searcher<'a> {
     work: u64,
 }
 
-impl Result {
+impl Standing {
     /// Of a replay.
     pub fn of(outcome: &Outcome) -> Self {
         let confirmed = |kind| {
@@ -110,10 +112,10 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome) -> Search {
         replays: 0,
         work: 0,
     };
-    let first = Result::of(outcome);
+    let first = Standing::of(outcome);
     let mut now = Tried {
         change: Change::default(),
-        result: first,
+        standing: first,
         estimates: Estimates::new(replay, outcome),
     };
     let mut causes = Vec::new();
@@ -133,7 +135,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome) -> Search {
     Search {
         causes,
         change: now.change,
-        results: [first, now.result],
+        standings: [first, now.standing],
         estimates: now.estimates,
         replays: searcher.replays,
         is_cut_short,
@@ -157,40 +159,47 @@ impl Searcher<'_> {
         let replay = Replay::new(&log, &config).ok()?;
         let outcome = replay.run(&mut []).ok()?;
         self.replays += 1;
-        let result = Result::of(&outcome);
-        self.work += result.bits.arcs;
+        let standing = Standing::of(&outcome);
+        self.work += standing.bits.arcs;
         Some(Tried {
             change,
-            result,
+            standing,
             estimates: Estimates::new(&replay, &outcome),
         })
     }
 
     /// The candidate that gains most, as far as one gains enough.
     fn best(&mut self, now: &Tried, candidates: &[Candidate]) -> Option<(Cause, Tried)> {
-        let mut tried: Vec<(Vec<Parameter>, Tried, f64)> = Vec::new();
-        for candidate in candidates.iter().take(TRIED_EACH) {
-            let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
-            let found = self.settled(now, candidate);
-            tried.extend(found.map(|(found, gain)| (group, found, gain)));
-        }
         let least = |group: &[Parameter]| LEAST_GAIN + OF_PARAMETER * group.len() as f64;
-        tried.retain(|(group, _, gain)| *gain > least(group));
-        let worth = |group: &[Parameter], gain: f64| gain - OF_PARAMETER * group.len() as f64;
-        tried.sort_by(|(a, _, gain_a), (b, _, gain_b)| {
-            worth(b, *gain_b).total_cmp(&worth(a, *gain_a))
-        });
+        let mut tried: Vec<(Vec<Parameter>, Tried, f64)> = Vec::new();
+        let mut worth: Option<f64> = None;
+        for candidate in candidates.iter().take(TRIED_EACH) {
+            // What is much less likely than one that gains is no rival of it.
+            if worth.is_some_and(|worth| candidate.worth() < RIVAL * worth) {
+                break;
+            }
+            let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
+            let Some((found, gain)) = self.settled(now, candidate) else {
+                continue;
+            };
+            if gain > least(&group) {
+                worth = worth.or(Some(candidate.worth()));
+                tried.push((group, found, gain));
+            }
+        }
+        let most = tried.iter().map(|(_, _, gain)| *gain).fold(0.0, f64::max);
+        // Of those that gain as much, the likelier one.
+        tried.retain(|(_, _, gain)| *gain > AS_WELL * most);
         let mut tried = tried.into_iter();
-        let (group, best, gain) = tried.next()?;
+        let (group, best, _) = tried.next()?;
         let values = |group: &[Parameter], tried: &Tried| tried.values(group, now);
-        let rivals = tried.filter(|(_, _, other)| *other > AS_WELL * gain);
-        let rivals = rivals
+        let rivals = tried
             .map(|(group, tried, _)| values(&group, &tried))
             .collect();
         Some((
             Cause {
                 values: values(&group, &best),
-                results: [now.result, best.result],
+                standings: [now.standing, best.standing],
                 rivals,
             },
             best,
@@ -222,12 +231,12 @@ impl Searcher<'_> {
             let Some(found) = self.replayed(with(&best.change, &more.values)) else {
                 break;
             };
-            if found.result.gain_over(&best.result) <= 0.0 {
+            if found.standing.gain_over(&best.standing) <= 0.0 {
                 break;
             }
             best = found;
         }
-        let gain = best.result.gain_over(&now.result);
+        let gain = best.standing.gain_over(&now.standing);
         Some((best, gain))
     }
 }
