@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::core::calibrate::candidate::Estimated;
 use crate::core::calibrate::change::Change;
 use crate::core::calibrate::parameter::{Parameter, Quantity, Whose};
-use crate::core::calibrate::search::{Cause, Search, Standing, search};
+use crate::core::calibrate::search::{Cause, Effort, Search, Standing, search};
 use crate::core::config::{Config, Rule};
 use crate::core::event::{Events, SonarId, name_of};
 use crate::core::legible::one_line;
@@ -217,6 +217,8 @@ pub fn all(search: &Search, events: &Events, config: &Config) -> Vec<CauseTold> 
 /// is heard.
 pub fn look_for(replay: &Replay<'_>, outcome: &Outcome) -> Option<Vec<CauseTold>> {
     let config = replay.config();
-    (config.rule == Rule::NoiseAware)
-        .then(|| all(&search(replay, outcome), &replay.log().events, config))
+    (config.rule == Rule::NoiseAware).then(|| {
+        let found = search(replay, outcome, Effort::AFTER_REPLAY);
+        all(&found, &replay.log().events, config)
+    })
 }

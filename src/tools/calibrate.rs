@@ -8,7 +8,7 @@ use std::f64::consts::LOG2_E;
 
 use crate::core::calibrate::candidate::Estimated;
 use crate::core::calibrate::parameter::{Parameter, Quantity, Whose};
-use crate::core::calibrate::search::{Search, search};
+use crate::core::calibrate::search::{Effort, Search, search};
 use crate::core::config::Config;
 use crate::core::event::Events;
 use crate::core::replay::{Outcome, Replay};
@@ -69,7 +69,7 @@ pub enum Why {
 impl<'a> Calibration<'a> {
     /// Of a replay.
     pub fn new(replay: &'a Replay<'_>, outcome: &Outcome) -> Self {
-        let search = search(replay, outcome);
+        let search = search(replay, outcome, Effort::THOROUGH);
         Self {
             file: &replay.log().file,
             events: &replay.log().events,

@@ -153,8 +153,22 @@ impl Candidate {
         };
         self.gain > CLEAR_GAIN
             && self.gain.is_finite()
-            && self.values.iter().any(is_off)
+            // Of several, each is uncertain where another one can stand for it.
+            && (self.values.len() > 1 || self.values.iter().all(is_off))
+            && self.values.iter().any(|one| one.value.abs() > one.least(seconds))
             && self.values.iter().all(|one| one.value.abs() < one.most())
+    }
+
+    /// Whose it is, and whether the beams say so.
+    pub fn origin(&self) -> Option<(Parameter, bool)> {
+        let first = self.values.first()?.parameter;
+        Some(match first {
+            Parameter::Sonar(whose, quantity) => {
+                let of_beam = matches!(quantity, Quantity::Yaw | Quantity::BeamWidth);
+                (Parameter::Sonar(whose, Quantity::X), of_beam)
+            }
+            shared => (shared, false),
+        })
     }
 
     /// The gain less what a parameter gains by chance.

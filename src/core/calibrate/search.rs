@@ -5,7 +5,7 @@ use super::candidate::{Candidate, Estimated, Estimates};
 use super::change::Change;
 use super::parameter::Parameter;
 use crate::core::bits::Bits;
-use crate::core::config::Config;
+use crate::core::config::{Config, Poses};
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay};
 use crate::core::tmam::feature::{Kind, Status};
@@ -23,8 +23,27 @@ const OF_PARAMETER: f64 = 8.0;
 const AS_WELL: f64 = 0.9;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
 const RIVAL: f64 = 0.6;
-/// Arcs that are replayed for all trials, at most.
-const MOST_WORK: u64 = 1_500_000;
+/// How much is tried, at most: by work and not by time, so that the same log gives the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Replays.
+    pub replays: usize,
+    /// Arcs in all of them.
+    pub arcs: u64,
+}
+
+impl Effort {
+    /// After each replay, where nobody asked.
+    pub const AFTER_REPLAY: Self = Self {
+        replays: 15,
+        arcs: 200_000,
+    };
+    /// Where it is asked for.
+    pub const THOROUGH: Self = Self {
+        replays: 60,
+        arcs: 2_000_000,
+    };
+}
 
 /// How well a replay stands by its own map.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -70,12 +89,15 @@ struct Tried {
     change: Change,
     standing: Standing,
     estimates: Estimates,
+    /// Whether poses were estimated.
+    is_joint: bool,
 }
 
 struct Searcher<'a> {
     log: &'a Log,
     /// With the noise that the ranges have as configured: chi2 compares only so.
     config: Config,
+    effort: Effort,
     replays: usize,
     work: u64,
 }
@@ -105,10 +127,11 @@ impl Standing {
 }
 
 /// Looks for what is off. `replay` and `outcome` are those of the log as configured.
-pub fn search(replay: &Replay<'_>, outcome: &Outcome) -> Search {
+pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search {
     let mut searcher = Searcher {
         log: replay.log(),
         config: replay.config().clone(),
+        effort,
         replays: 0,
         work: 0,
     };
@@ -117,11 +140,12 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome) -> Search {
         change: Change::default(),
         standing: first,
         estimates: Estimates::new(replay, outcome),
+        is_joint: outcome.joint().is_some(),
     };
     let mut causes = Vec::new();
     let mut is_cut_short = false;
     while causes.len() < MOST_CAUSES {
-        let candidates = now.estimates.candidates();
+        let candidates = searcher.candidates(&now);
         if candidates.is_empty() {
             break;
         }
@@ -144,7 +168,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome) -> Search {
 
 impl Searcher<'_> {
     fn is_spent(&self) -> bool {
-        self.work > MOST_WORK
+        self.replays >= self.effort.replays || self.work > self.effort.arcs
     }
 
     /// Replays the log with a change.
@@ -165,7 +189,29 @@ impl Searcher<'_> {
             change,
             standing,
             estimates: Estimates::new(&replay, &outcome),
+            is_joint: outcome.joint().is_some(),
         })
+    }
+
+    /// What may be off, the likeliest first. Poses that were estimated have taken a part of what is off for
+    /// drift: what the poses of odometry say stands between.
+    fn candidates(&mut self, now: &Tried) -> Vec<Candidate> {
+        let first = now.estimates.candidates();
+        if !now.is_joint {
+            return first;
+        }
+        let poses = std::mem::replace(&mut self.config.poses, Poses::Odometry);
+        let by_odometry = self.replayed(now.change.clone());
+        self.config.poses = poses;
+        let mut second = by_odometry.map_or_else(Vec::new, |tried| tried.estimates.candidates());
+        second.reverse();
+        let mut both: Vec<Candidate> = Vec::new();
+        for candidate in first {
+            both.extend(second.pop());
+            both.push(candidate);
+        }
+        both.extend(second.into_iter().rev());
+        both
     }
 
     /// The candidate that gains most, as far as one gains enough.
@@ -173,11 +219,20 @@ impl Searcher<'_> {
         let least = |group: &[Parameter]| LEAST_GAIN + OF_PARAMETER * group.len() as f64;
         let mut tried: Vec<(Vec<Parameter>, Tried, f64)> = Vec::new();
         let mut worth: Option<f64> = None;
-        for candidate in candidates.iter().take(TRIED_EACH) {
-            // What is much less likely than one that gains is no rival of it.
-            if worth.is_some_and(|worth| candidate.worth() < RIVAL * worth) {
+        let mut failed = Vec::new();
+        let mut trials = 0;
+        for candidate in candidates {
+            // What is much less likely than one that gains is no rival of it, and what is off of the same sonar
+            // by much the same readings as what did not gain does not either.
+            if worth.is_some_and(|worth| candidate.worth() < RIVAL * worth)
+                || failed.contains(&candidate.origin())
+            {
+                continue;
+            }
+            if trials == TRIED_EACH {
                 break;
             }
+            trials += 1;
             let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
             let Some((found, gain)) = self.settled(now, candidate) else {
                 continue;
@@ -185,6 +240,8 @@ impl Searcher<'_> {
             if gain > least(&group) {
                 worth = worth.or(Some(candidate.worth()));
                 tried.push((group, found, gain));
+            } else {
+                failed.push(candidate.origin());
             }
         }
         let most = tried.iter().map(|(_, _, gain)| *gain).fold(0.0, f64::max);

@@ -10,7 +10,7 @@ use std::io::Cursor;
 
 use tmam_replay::core::calibrate::change::Change;
 use tmam_replay::core::calibrate::parameter::{Parameter, Quantity, Whose};
-use tmam_replay::core::calibrate::search::{Search, search};
+use tmam_replay::core::calibrate::search::{Effort, Search, search};
 use tmam_replay::core::config::Config;
 use tmam_replay::core::event::SonarId;
 use tmam_replay::core::replay::Replay;
@@ -260,7 +260,7 @@ fn the_page_holds_what_is_found_of_seeded_causes() {
                 let (log, config) = log(wrong, sigma, seed);
                 let replay = Replay::new(&log, &config).unwrap();
                 let outcome = replay.run(&mut []).unwrap();
-                let found = search(&replay, &outcome);
+                let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
                 println!("{name}, seed {seed}: {} replays", found.replays);
                 for cause in &found.causes {
                     println!("    {:?}, or {:?}", cause.values, cause.rivals);
@@ -301,7 +301,7 @@ fn clean_logs_and_odometry_that_drifts_have_no_cause() {
         let (log, config) = log(wrong, sigma, 3);
         let replay = Replay::new(&log, &config).unwrap();
         let outcome = replay.run(&mut []).unwrap();
-        let found = search(&replay, &outcome);
+        let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
         assert_eq!(found.causes, [], "{wrong:?}");
     }
 }
