@@ -2,6 +2,7 @@ pub mod assignment;
 pub mod bits;
 pub mod calibrate;
 pub mod config;
+pub mod digest;
 pub mod event;
 pub mod exit;
 pub mod frames;

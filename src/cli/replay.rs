@@ -20,7 +20,7 @@ use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
 use crate::observe::trace;
 use crate::observe::viewer::{self, DEFAULT_URL};
-use crate::tools::golden::{LogInfo, carried};
+use crate::tools::golden::carried;
 
 /// Replay a log: record what was seen and decided, extract features
 ///
@@ -132,7 +132,7 @@ impl Args {
             }
             if let Some(mut recording) = recording {
                 recording.tell_causes(outcome.causes.as_deref().unwrap_or_default())?;
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
+                let carried = carried(&setting, &outcome)?;
                 lost = recording.close(Some(&carried))?;
             }
             outcome

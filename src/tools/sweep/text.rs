@@ -237,7 +237,8 @@ fn along(sweep: &Sweep, place: usize, axis: &Axis) -> String {
         }
     }
     let key = axis.key();
-    if sweep.leaders().count() == 1
+    if matches!(sweep.lead(), Some(Lead::Better(_)))
+        && !sweep.is_tie()
         && let Some(value) = sweep.interpolated(place)
     {
         return format!(
