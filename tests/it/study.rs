@@ -57,17 +57,13 @@ fn cases_of_switches() -> Vec<Case> {
     .to_vec()
 }
 
-/// Rough walls, cross-talk, posts in a row and the office.
+/// Rough walls, cross-talk and posts in a row.
 fn cases_of_worlds() -> Vec<Case> {
     let rough = [0, 30, 100].map(Drive::Rough);
     let posts = [25, 50, 100].map(Drive::Posts);
     let in_the_room = rough.into_iter().chain([Drive::CrossTalk]).chain(posts);
     let both = in_the_room.flat_map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }));
-    let office = [(1, false), (1, true), (2, true)].map(|(laps, drifts)| Case {
-        drive: Drive::Office { laps, drifts },
-        sigma: 0.003,
-    });
-    both.chain(office).collect()
+    both.collect()
 }
 
 /// Where odometry and estimated poses are held against each other.
@@ -77,17 +73,16 @@ fn cases_of_poses() -> Vec<Case> {
         Drive::LittleDrift,
         Drive::MuchDrift,
         Drive::ThreeLapsMuchDrift,
+        Drive::MuchDriftOutliers,
+        Drive::ThriceMuchDrift,
+        Drive::ThriceMuchDriftPosts,
     ];
     let room = drives.map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }));
-    let office = Drive::Office {
-        laps: 1,
-        drifts: true,
-    };
-    let office = Case {
-        drive: office,
+    let office = [(1, false), (1, true), (2, true)].map(|(laps, drifts)| Case {
+        drive: Drive::Office { laps, drifts },
         sigma: 0.003,
-    };
-    room.into_iter().flatten().chain([office]).collect()
+    });
+    room.into_iter().flatten().chain(office).collect()
 }
 
 fn rows(cases: &[Case], seeds: u64, rules: &Rules) -> Vec<Row> {
