@@ -53,9 +53,8 @@ const AT_FIRST: Drift = Drift {
 };
 
 /// Corrected poses must make the ranges likelier by so much in the logarithm: a random walk that is none
-/// does by more in one log of twenty. Its three variances cannot be negative, so that is half of a mixture
-/// of chi2 with none to three degrees of freedom (1, 3, 3, 1 of 8).
-const DECISIVE: f64 = 2.7;
+/// does by more in one log of twenty (chi2 with three degrees of freedom, halved).
+const DECISIVE: f64 = 3.9;
 
 /// A map that explains a smaller share of the arcs does not say where the robot was.
 const LEAST_EXPLAINED: f64 = 0.3;
