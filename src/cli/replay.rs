@@ -19,7 +19,7 @@ use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
 use crate::observe::trace;
 use crate::observe::viewer::{self, DEFAULT_URL};
-use crate::tools::golden::{LogInfo, carried};
+use crate::tools::golden::carried;
 
 /// Replay a log: record what was seen and decided, extract features
 ///
@@ -124,7 +124,7 @@ impl Args {
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
             let outcome = replay.run(&mut observers)?;
             if let Some(recording) = recording {
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
+                let carried = carried(&setting, &outcome)?;
                 lost = recording.close(Some(&carried))?;
             }
             outcome
