@@ -310,7 +310,7 @@ fn labels(rows: &[Row]) -> String {
                     e.suspects.wrong
                 })
             }),
-            ("right accused %", &|r| {
+            ("right suspected %", &|r| {
                 share(r, &|e| e.suspects.configured.right_accused, &|e| {
                     e.suspects.right
                 })
@@ -344,7 +344,7 @@ fn gates(rows: &[Row]) -> String {
         .map(|(head, cell)| (*head, cell as &dyn Fn(&[Evaluation]) -> String))
         .collect();
     format!(
-        "Wrong labels found and right labels accused, both %.\n\n{}",
+        "Wrong labels found and right labels suspected, both %.\n\n{}",
         table(rows, &columns)
     )
 }
