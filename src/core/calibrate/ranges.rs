@@ -258,7 +258,7 @@ impl<'a> Problem<'a> {
     }
 
     /// A ping's sensor in the robot's frame at the two key poses around it, with their weights.
-    fn from_keys(&self, ping: &Ping) -> [(usize, Vec2, f64); 2] {
+    fn at_keys(&self, ping: &Ping) -> [(usize, Vec2, f64); 2] {
         let between = between(&self.keys, ping.stamp_ns);
         let from = |key: usize, weight: f64| {
             let sensor = ping.odom_from_sensor.position();
@@ -277,7 +277,7 @@ impl<'a> Problem<'a> {
         let mut place = match self.drift {
             None => ping.world_from_sensor.position(),
             Some(_) => {
-                let from = self.from_keys(ping).into_iter();
+                let from = self.at_keys(ping).into_iter();
                 from.fold(Vec2::zeros(), |sum, (key, from, weight)| {
                     let pose = state.poses.get(key);
                     sum + pose.map_or_else(Vec2::zeros, |pose| pose.transform(from) * weight)
@@ -395,7 +395,7 @@ impl<'a> Problem<'a> {
                 system.add_shared(&residual.by_shared, residual.residual, information);
                 continue;
             }
-            let from = self.from_keys(ping);
+            let from = self.at_keys(ping);
             let by_poses = from.map(|(key, from, weight)| {
                 let yaw = state.poses.get(key).map_or(0.0, |pose| pose.yaw);
                 let lever = rotate(from, yaw);
