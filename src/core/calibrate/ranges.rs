@@ -127,7 +127,7 @@ pub fn estimate(scene: &Scene, replay: &Replay<'_>, outcome: &Outcome) -> Option
     for gate in GATES {
         matches = problem.matches(&state, gate);
         let found = problem.system(&state, &matches).factor()?;
-        state = problem.moved(&state, &found.solution()?);
+        state = problem.moved(&state, &found.solution());
         factor = Some(found);
     }
     let count = problem.parameters();
