@@ -430,6 +430,12 @@ mod tests {
     }
 
     #[test]
+    fn a_share_that_is_none_has_no_sign_of_its_own() {
+        let shown = [-0.0004, 0.0004, -0.0006, 0.02].map(|share| format!("{:+.1}", percent(share)));
+        assert_eq!(shown, ["+0.0", "+0.0", "-0.1", "+2.0"]);
+    }
+
+    #[test]
     fn a_third_of_the_triples_that_fit_neither_call_for_a_look_at_clock_and_mounts() {
         assert_eq!(hint(30, 50, "front"), None);
         assert_eq!(hint(9, 2, "front"), None, "too few");
