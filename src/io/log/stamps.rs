@@ -19,8 +19,6 @@ const FEW: usize = 3;
 const AWAY: i64 = 3_600_000_000_000;
 /// Nor does a robot with sonars drive as far from one pose to the next, metres.
 const FAR: f64 = 1000.0;
-/// So many delays are kept of each clock at the most.
-const KEPT: usize = 1024;
 
 /// The stamps of one sonar, or of the odometry, while a log is read.
 #[derive(Debug, Clone, Default)]
@@ -37,9 +35,6 @@ pub struct Clock {
     /// By how much the largest jump moved the clock and when it was recorded, nanoseconds.
     largest: Option<(i64, i64)>,
     stamped: u64,
-    /// From stamp to recording, of every so-many-th message.
-    delays: Vec<i64>,
-    stride: u64,
     /// The last message in the file, stamp and recording.
     before: Option<(i64, i64)>,
     /// First and last stamp between one jump of both clocks and the next.
@@ -74,17 +69,6 @@ impl Clock {
                 self.suspects.clear(); // a few damaged stamps
                 self.go_on(message);
             }
-        }
-        if self.stamped.is_multiple_of(self.stride.max(1)) {
-            if self.delays.len() == KEPT {
-                self.stride = self.stride.max(1) * 2;
-                let mut keep = false;
-                self.delays.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-            }
-            self.delays.push(logged_ns.saturating_sub(stamp_ns));
         }
         self.stamped += 1;
     }
@@ -321,33 +305,11 @@ pub fn jump(ranges: &[&Clock], odometry: &Clock) -> Option<ClockSet> {
     Some(ClockSet::new(what, ranges, odometry))
 }
 
-/// So much more or less delay of the ranges than of the odometry is worth a word, nanoseconds.
-const SKEW: i64 = 100_000_000;
 /// From this share of readings without a pose on, a word is worth it even if nothing was interrupted.
 const SHARE: f64 = 0.01;
 
 fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9
-}
-
-/// Ranges and odometry that are under way for different times.
-pub fn skew(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
-    let of_ranges = median(ranges.iter().flat_map(|clock| &clock.delays))?;
-    let of_odometry = median(odometry.delays.iter())?;
-    (of_ranges.saturating_sub(of_odometry).saturating_abs() > SKEW).then(|| {
-        format!(
-            "from stamp to recording ranges take {:.3} s and odometry {:.3} s: if their clocks differ, \
-             readings meet the poses of another time",
-            seconds(of_ranges),
-            seconds(of_odometry)
-        )
-    })
-}
-
-fn median<'a>(delays: impl Iterator<Item = &'a i64>) -> Option<i64> {
-    let mut delays: Vec<i64> = delays.copied().collect();
-    delays.sort_unstable();
-    delays.get(delays.len() / 2).copied()
 }
 
 /// Stamps that go back otherwise than by a clock that was set, which is told by itself.

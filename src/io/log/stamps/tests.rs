@@ -48,16 +48,6 @@ fn what_a_clock_set_back_does_to_the_stamps_is_told_once_with_what_to_replay() {
 }
 
 #[test]
-fn clocks_that_differ_are_told_by_their_delays() {
-    let (even, behind) = (clock(steady(0, 5000, 5)), clock(steady(0, 5000, -S / 2)));
-    assert!(even.delays.len() <= KEPT);
-    assert_eq!(skew(&[&even], &even), None);
-    let text = skew(&[&behind], &even).unwrap();
-    assert!(text.contains("0.510 s and odometry 0.010 s"), "{text}");
-    assert_eq!(skew(&[], &even), None);
-}
-
-#[test]
 fn stamps_that_go_back_are_counted() {
     let shuffled = clock([(5 * S, 5 * S), (3 * S, 3 * S), (4 * S, 4 * S)]);
     assert_eq!(backward(&[&shuffled], &shuffled), None);
