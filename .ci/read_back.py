@@ -3,7 +3,7 @@
 
 usage: read_back.py RECORDING.rrd TRACE.jsonl FEATURES.json
 
-Angles and labels must be equal to the bit; places are 32-bit floats in a recording.
+What decided must be equal, and labels to the letter; places are 32-bit floats in a recording.
 """
 
 import json
@@ -54,18 +54,33 @@ def main(recording, trace, features):
     if name in properties.column_names:
         ox, oy = properties[name].to_pylist()[0]
 
-    static = read("/angles/theta_c", index=None)
-    sonars = static["/angles/theta_c:SeriesPoints:names"].to_pylist()[0]
-    table = read("/angles/**", "/labels/**", "/world/beams")
-    angles = {
-        name: column(table, f"/angles/{name}:Scalars:scalars")
-        for name in ("theta_c", "theta_i")
-    }
-    labels = {}
-    for name in table.column_names:
-        if name.startswith("/labels/") and name.endswith(":StateChange:state"):
-            sonar = name[len("/labels/") : -len(":StateChange:state")].replace("\\", "")
-            labels[sonar] = column(table, name)
+    table = read("/angles/**", "/chi2/**", "/labels/**", "/world/beams")
+    by_noise = features["config"]["rule"] == "noise-aware"
+    bounds = features["config"]["opinion"]
+
+    def lead(row):
+        """Of the widest window, as it is plotted: cut at the edges of the plot."""
+        line, point = row["wide_chi2_line"], row["wide_chi2_point"]
+        edge = 4 * max(bounds["decisive"], bounds["gate"])
+        if line is None or point is None:
+            return None
+        return max(-edge, min(edge, point - line))
+
+    def smaller(row):
+        return math.degrees(min(row["theta_c"], row["theta_i"]))
+
+    plot, decided = ("/chi2/lead", lead) if by_noise else ("/angles/smaller", smaller)
+    def of_sonars(path, component):
+        """A column by frame of every sonar below a path, by its name."""
+        found = {}
+        for name in table.column_names:
+            if name.startswith(path + "/") and name.endswith(component):
+                sonar = name[len(path) + 1 : -len(component)].replace("\\", "")
+                found[sonar] = column(table, name)
+        return found
+
+    plotted = of_sonars(plot, ":Scalars:scalars")
+    labels = of_sonars("/labels", ":StateChange:state")
     beams = {}
     if "/world/beams:LineStrips2D:strips" in table.column_names:
         beams = column(table, "/world/beams:LineStrips2D:strips")
@@ -74,22 +89,21 @@ def main(recording, trace, features):
     by_frame = defaultdict(list)
     for row in rows:
         frame, sonar = row["frame"], row["sensor"]
-        place = sonars.index(sonar)
-        arcs.add((frame, place))
+        arcs.add((frame, sonar))
         by_frame[frame].append(row)
-        for name, values in angles.items():
-            value, expected = values[frame][place], row[name]
-            same = math.isnan(value) if expected is None else value == expected
-            check(same, frame, sonar, name, expected, value)
+        value = None if row["theta_c"] is None else decided(row)
+        if value is not None:
+            shown = plotted[sonar][frame][0]
+            check(abs(shown - value) <= 1e-6, frame, sonar, plot, value, shown)
         label = row["label"] if row["reason"] is None else f"{row['label']}: {row['reason']}"
         shown = labels[sonar][frame]
+        if row["suspect"]:
+            label += ", suspect"
         check(shown == [label], frame, sonar, "label", label, shown)
 
-    for name, values in angles.items():
-        for frame, row in values.items():
-            for place, value in enumerate(row):
-                if not math.isnan(value):
-                    check((frame, place) in arcs, frame, sonars[place], name, "no arc", value)
+    for sonar, values in plotted.items():
+        for frame in values:
+            check((frame, sonar) in arcs, frame, sonar, plot, "no arc")
 
     # A ray leads from each sonar to the middle of its arc.
     for frame, expected in by_frame.items():

@@ -1,5 +1,6 @@
 pub mod assignment;
 pub mod config;
+pub mod digest;
 pub mod event;
 pub mod exit;
 pub mod frames;

@@ -17,7 +17,7 @@ use crate::observe::report;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth, text, write};
-use crate::tools::golden::{LogInfo, carried};
+use crate::tools::golden::carried;
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
 ///
@@ -89,7 +89,7 @@ impl Args {
                 let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
                 let mut recording = Recording::new(Some(out), None, setting, overlay)?;
                 kept.show(&mut recording).map_err(ReplayError::from)?;
-                let carried = carried(&setting, &outcome, &LogInfo::of(&log))?;
+                let carried = carried(&setting, &outcome)?;
                 recording.close(Some(&carried))?;
             }
             if let Some(out) = &mut outputs.evaluation {

@@ -23,7 +23,7 @@ use crate::tools::findings::examined::Examined;
 use crate::tools::findings::facts::Facts;
 use crate::tools::findings::trial::attempted;
 use crate::tools::findings::{findings, to_warn_of, warnings};
-use crate::tools::golden::{LogInfo, carried};
+use crate::tools::golden::carried;
 
 /// Replay a log: record what was seen and decided, extract features
 ///
@@ -129,7 +129,7 @@ impl Args {
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
             let outcome = replay.run(&mut observers)?;
             if let Some(recording) = recording {
-                let carried = carried(&setting, &outcome, &LogInfo::of(log))?;
+                let carried = carried(&setting, &outcome)?;
                 lost = recording.close(Some(&carried))?;
             }
             outcome

@@ -38,6 +38,10 @@ pub struct Setting<'a> {
     pub config: &'a Config,
     /// The log.
     pub source: &'a Source,
+    /// The SHA-256 of its events.
+    pub events_sha256: &'a str,
+    /// Stamp of the log's first reading, in the window or not: what seconds are counted from.
+    pub origin_ns: i64,
     /// Where the robot was first, metres in the world; the origin where that is not known.
     pub start: Vec2,
 }

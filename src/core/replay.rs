@@ -7,8 +7,10 @@ pub use error::ReplayError;
 pub use outcome::Outcome;
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use crate::core::config::{Config, Poses, Rule, SIGMA_UNKNOWN, Triple};
+use crate::core::digest::sha256;
 use crate::core::event::{Events, OdometrySample, RangeReading, name_of};
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::{Pose2, Vec2};
@@ -42,6 +44,8 @@ pub struct Replay<'a> {
     selected: Vec<bool>,
     frames: Vec<Frame>,
     tally: Tally,
+    // Once asked for.
+    events_sha256: OnceLock<String>,
 }
 
 impl<'a> Replay<'a> {
@@ -117,6 +121,7 @@ impl<'a> Replay<'a> {
             selected,
             frames,
             tally,
+            events_sha256: OnceLock::new(),
         })
     }
 
@@ -126,6 +131,8 @@ impl<'a> Replay<'a> {
             sonars: &self.log.events.sonars,
             config: &self.config,
             source: &self.source,
+            events_sha256: (self.events_sha256).get_or_init(|| sha256(&self.log.events)),
+            origin_ns: self.origin_ns(),
             start: (self.log.events.odometry.first())
                 .map_or_else(Vec2::zeros, |sample| sample.world_from_robot.position()),
         }
@@ -199,6 +206,7 @@ impl<'a> Replay<'a> {
             Some(joint) => joint.features_given_path.as_slice(),
             None => predicting.as_ref().unwrap_or(&tmam).map().features(),
         };
+        step.predicting.extend(map);
         let reach = Reach::of(self.config.map.max_wall_gap);
         let prediction = MapPrediction::new(map, &reach);
         for report in &mut step.reports {

@@ -14,14 +14,17 @@ mod encode;
 mod entity;
 mod evidence;
 mod grid;
+mod ground;
 mod hold;
 mod live;
 mod map;
 mod overlay;
 mod plane;
 mod plots;
+mod reports;
 mod robot;
 mod style;
+mod suspects;
 #[cfg(test)]
 mod tests;
 
@@ -32,21 +35,21 @@ use rerun::components::TextLogLevel;
 use rerun::{RecordingInfo, Scalars, Scale3D, Transform3D};
 
 use self::about::opening;
-use self::arcs::Reports;
 use self::blueprint::ViewLayout;
 use self::canvas::{Canvas, Moment};
 pub use self::carried::read_carried;
 use self::closed::Closed;
 use self::corrections::Corrections;
-use self::encode::{RrdWriter, store_ids};
+use self::encode::{RrdWriter, identity};
 use self::entity::Entity;
 pub use self::grid::write_grid;
 use self::hold::{HeldFrame, Hold};
 pub use self::live::Live;
 use self::map::DrawnMap;
 use self::plane::{Extent, PlaneOrigin};
-use self::plots::Limits;
+use self::reports::Reports;
 use self::robot::Robot;
+use self::suspects::Suspects;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
@@ -60,12 +63,14 @@ use crate::observe::viewer::{Carried, Error};
 const USUAL_BEAM_WIDTH: f64 = 0.5;
 
 /// What looks the same in every recording.
-const LOOKS: [Entity; 8] = [
+const LOOKS: [Entity; 10] = [
     Entity::Arcs,
     Entity::Beams,
     Entity::ContactPoints,
     Entity::IntersectionPoints,
     Entity::Suspects,
+    Entity::Contradicting,
+    Entity::Echoes,
     Entity::ClosedArcs,
     Entity::ClosedLines,
     Entity::ClosedPoints,
@@ -74,10 +79,12 @@ const LOOKS: [Entity; 8] = [
 /// A Rerun recording being written.
 pub struct Recording<'a> {
     canvas: Canvas<'a>,
-    limits: Limits,
+    setting: Setting<'a>,
     beam_width: f64,
     extent: Extent,
     seen: BTreeSet<SonarId>,
+    // The frames that are shown and in which something echoed.
+    echoing: BTreeSet<i64>,
     // The first frame and the last one so far.
     span: Option<[Moment; 2]>,
     // What the log says at the first frame; taken then.
@@ -102,24 +109,19 @@ impl<'a> Recording<'a> {
     pub fn new(
         out: Option<&'a mut dyn Write>,
         viewer: Option<Live>,
-        setting: Setting<'_>,
+        setting: Setting<'a>,
         overlay: Overlay,
     ) -> Result<Self, Error> {
-        let source = setting.source;
-        let world = overlay.truth.as_ref().map_or("", |truth| &truth.world);
-        let ids = store_ids(&setting, world);
-        let file = RrdWriter::new(out, viewer, ids, source.start_ns)?;
+        let (ids, digest) = identity(&setting, &overlay);
+        let file = RrdWriter::new(out, viewer, ids, digest)?;
         let origin = PlaneOrigin::of(setting.start);
-        let config = setting.config;
         let mut recording = Self {
-            canvas: Canvas::new(file, source.start_ns, origin, setting.sonars),
-            limits: Limits {
-                gamma: config.triple.gamma,
-                gate: config.opinion.gate,
-            },
-            beam_width: config.triple.gamma,
+            canvas: Canvas::new(file, setting.origin_ns, origin, setting.sonars),
+            setting,
+            beam_width: setting.config.triple.gamma,
             extent: Extent::default(),
             seen: BTreeSet::new(),
+            echoing: BTreeSet::new(),
             span: None,
             opening: opening(&setting),
             labels: BTreeMap::new(),
@@ -131,13 +133,14 @@ impl<'a> Recording<'a> {
             reports: Reports::default(),
             overlay,
         };
-        recording.begin(&setting)?;
+        recording.begin()?;
         Ok(recording)
     }
 
     /// Writes everything that never changes.
-    fn begin(&mut self, setting: &Setting<'_>) -> Result<(), Error> {
-        let (canvas, source) = (&mut self.canvas, setting.source);
+    fn begin(&mut self) -> Result<(), Error> {
+        let (canvas, setting) = (&mut self.canvas, &self.setting);
+        let source = setting.source;
         let info = RecordingInfo::new().with_name(source.file.as_str());
         let info = info.with_start_time(source.start_ns);
         canvas.put("/__properties", &info)?;
@@ -149,20 +152,18 @@ impl<'a> Recording<'a> {
         // A 2D view has y down: turn the world over.
         let flip = Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0]));
         canvas.put("/world", &flip)?;
-        canvas.put("/world", &style::annotations())?;
+        canvas.put("/world", &style::annotations(setting.sonars))?;
         for entity in LOOKS {
             canvas.put_look(entity)?;
         }
-        plots::put_styles(self.limits, canvas)?;
         robot::put_styles(self.overlay.only.is_some(), canvas)?;
         overlay::put(&self.overlay, canvas)?;
         let layout = ViewLayout {
             bounds: None,
             frames: 0,
             lanes: setting.sonars.len(),
-            beam_width: USUAL_BEAM_WIDTH.max(self.limits.gamma),
             first: None,
-            ..self.layout()
+            ..self.layout(USUAL_BEAM_WIDTH.max(self.beam_width), &Suspects::default())
         };
         let preview = |canvas: &mut Canvas<'_>| blueprint::put(&layout, canvas);
         self.canvas.preview(preview)
@@ -186,19 +187,25 @@ impl<'a> Recording<'a> {
         let before = frame.index.checked_sub(1);
         let leaves = !shows && before.is_some_and(|before| self.overlay.shows(before));
         if shows {
+            if !step.arcs.is_empty() {
+                self.echoing.insert(at.frame);
+            }
             let pose = frame.world_from_robot;
             self.robot.draw(at, pose, &mut self.canvas)?;
             self.corrections.draw(at, frame, &mut self.canvas)?;
             self.hold.push(HeldFrame::new(at, frame, step));
-            self.reports.frame(at);
+            arcs::draw_echoes(at, &step.arcs, &mut self.canvas)?;
+            let sonars = frame.entries.iter().map(|entry| entry.sonar);
+            self.reports.frame(at, sonars);
         } else if leaves {
             // The viewer would go on showing the last frame before frames that are not shown.
             self.robot.leave(at, &mut self.canvas)?;
             self.corrections.leave(at, &mut self.canvas)?;
             let sonars = self.seen.iter().copied();
-            self.hold.push(HeldFrame::blank(at, sonars));
-            self.reports.leave(at);
+            self.hold.push(HeldFrame::blank(at, sonars.clone()));
+            self.reports.leave(at, sonars);
         }
+        self.closed.note(step, self.canvas.origin);
         self.take(at, step)?;
         if shows || leaves {
             let arcs = if shows { step.arcs.as_slice() } else { &[] };
@@ -218,9 +225,8 @@ impl<'a> Recording<'a> {
             *self.labels.entry(report.label.name()).or_default() += 1;
         }
         while let Some(ready) = self.hold.pop() {
-            draw(&ready, canvas)?;
+            arcs::draw(&ready, canvas)?;
         }
-        self.closed.note(step, canvas.origin);
         closed::tell(at, &step.extractions, canvas)?;
         self.map.draw(at, step, canvas)
     }
@@ -228,11 +234,12 @@ impl<'a> Recording<'a> {
     /// Writes what waited, what is known only now, and the layout that fits it.
     fn end(&mut self, step: &Step) -> Result<(), Error> {
         let last = self.span.map_or(Moment::new(0, 0), |[_, last]| last);
-        self.reports.draw(&step.reports, &mut self.canvas)?;
+        self.reports
+            .draw_evidence(&step.reports, &mut self.canvas)?;
         self.take(last, step)?;
         let canvas = &mut self.canvas;
         while let Some(ready) = self.hold.drain() {
-            draw(&ready, canvas)?;
+            arcs::draw(&ready, canvas)?;
         }
         if self.span.is_some() {
             self.closed.draw(last, canvas)?;
@@ -242,11 +249,18 @@ impl<'a> Recording<'a> {
         let canvas = &mut self.canvas;
         self.corrections.close_loops(&step.closures, canvas)?;
         overlay::finish(&self.overlay, last, canvas)?;
+        self.reports.draw_labels(&step.reports, canvas)?;
         canvas.flush()?;
-        self.reports.draw_suspects(&step.reports, canvas)?;
+        reports::put_lanes(self.seen.iter().copied(), canvas)?;
+        let suspects = Suspects::draw(&self.reports, &step.reports, &step.predicting, canvas)?;
+        if suspects.count > 0 {
+            canvas.put("/suspects", &suspects::page(&step.reports, &self.setting))?;
+        }
+        let plots = plots::deciding(self.setting.config, self.beam_width);
         let ends = self.span.as_slice().concat();
-        plots::put_last(&self.seen, self.limits, &ends, canvas)?;
-        let layout = self.layout();
+        plots::draw(&plots, &self.reports, &step.reports, &ends, canvas)?;
+        ground::put(&self.extent.bounds(), canvas)?;
+        let layout = self.layout(self.beam_width, &suspects);
         blueprint::put(&layout, &mut self.canvas)
     }
 
@@ -271,19 +285,34 @@ impl<'a> Recording<'a> {
             .map_or(0, |[first, last]| last.frame - first.frame + 1)
     }
 
-    fn layout(&self) -> ViewLayout {
+    fn layout(&self, beam_width: f64, suspects: &Suspects) -> ViewLayout {
+        let bounds = self.extent.bounds();
         ViewLayout {
-            bounds: Some(self.extent.bounds().seen_from(self.canvas.origin)),
+            bounds: Some(bounds.seen_from(self.canvas.origin)),
             frames: self.frames(),
             lanes: self.seen.len(),
             sonars: self.canvas.sonars.len(),
-            beam_width: self.beam_width,
-            gate: self.limits.gate,
+            plots: plots::deciding(self.setting.config, beam_width),
             stamp: self.canvas.lines.stamp,
             evaluated: self.overlay.truth.is_some(),
             corrected: self.corrections.are_there(),
-            first: self.overlay.first_frame,
+            suspects: suspects.count > 0,
+            first: self.first(suspects),
         }
+    }
+
+    /// The frame to open at, where that is not the last one: of the first difference, else of the worst
+    /// suspect, else the last one in which something echoed.
+    fn first(&self, suspects: &Suspects) -> Option<i64> {
+        let shown = |frame: &i64| self.echoing.contains(frame);
+        let asked = self.overlay.first_frame.map(i64::from).filter(shown);
+        let last = self.span.map(|[_, last]| last.frame);
+        let echoing = self
+            .echoing
+            .last()
+            .copied()
+            .filter(|frame| Some(*frame) != last);
+        asked.or(suspects.worst.map(i64::from)).or(echoing)
     }
 
     /// Closes the file after [`Observer::finish`], with the results of the run in it where they are
@@ -297,12 +326,6 @@ impl<'a> Recording<'a> {
         }
         self.canvas.close()
     }
-}
-
-/// Draws a decided frame.
-fn draw(ready: &HeldFrame, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    arcs::draw(ready, canvas)?;
-    plots::draw(ready, canvas)
 }
 
 impl Observer for Recording<'_> {

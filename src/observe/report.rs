@@ -378,6 +378,8 @@ mod tests {
             sonars: &sonars,
             config: &Config::default(),
             source: &source,
+            events_sha256: "",
+            origin_ns: 0,
             start: crate::core::geometry::Vec2::zeros(),
         };
         let outcome = Outcome {

@@ -352,7 +352,7 @@ impl Side {
         let replay = Replay::new(&log, &config)?;
         let results = results(&replay.setting(), &replay.run(&mut [])?);
         Ok(Self {
-            log: Some(LogInfo::of(&log)),
+            log: Some(LogInfo::of(&replay.setting())),
             losses: log.losses.clone(),
             ..Self::new(path, "log", results)
         })

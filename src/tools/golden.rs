@@ -25,7 +25,7 @@ mod labels_file;
 mod results;
 mod tolerance;
 
-pub use collect::{LogInfo, digest, labels, results};
+pub use collect::{LogInfo, labels, results};
 pub use compare::compare;
 pub use difference::{
     Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange,

@@ -83,7 +83,7 @@ impl EdgeRange {
     }
 
     fn fit(&self, arcs: &[Arc]) -> Option<ObliqueWall> {
-        let start = self.where_nothing_turns(arcs)?;
+        let start = self.through_echoes(arcs)?;
         let step = |wall, step| Advance::To(wall + step);
         let wall = iterate(self, arcs, start, STEPS, step).ok()?.parameters;
         // The foot lies beyond the edge of every beam, but not out of sight.
@@ -99,16 +99,16 @@ impl EdgeRange {
         })
     }
 
-    /// The wall as if all edge rays were parallel to the middle one: then the range is linear in the way
-    /// across it.
-    fn where_nothing_turns(&self, arcs: &[Arc]) -> Option<Vector2<f64>> {
+    /// The line through the echoes, each at the end of its edge ray: where the rays are parallel this is
+    /// the wall that fits best.
+    fn through_echoes(&self, arcs: &[Arc]) -> Option<Vector2<f64>> {
         let bearing = self.bearing(arcs.get(arcs.len() / 2)?);
         let along = unit(bearing);
         let across = Vec2::new(-along.y, along.x);
         let mut sums = [0.0; 5];
         for arc in arcs {
-            let place = arc.center() - self.origin;
-            let (x, y) = (place.dot(&across), arc.range + place.dot(&along));
+            let echo = arc.center() + arc.range * unit(self.bearing(arc)) - self.origin;
+            let (x, y) = (echo.dot(&across), echo.dot(&along));
             for (sum, term) in sums.iter_mut().zip([1.0, x, y, x * x, x * y]) {
                 *sum += term / arc.variance;
             }
@@ -192,7 +192,8 @@ mod tests {
                 let edge = EdgeRange { side, origin };
                 let this = Vector2::new(4.0 - unit(theta).dot(&origin), theta);
                 prop_assert!(found.chi2 < Gate::new(GATE).at(found.readings - 2));
-                prop_assert!(found.chi2 <= chi2(&edge, this, newest) + 1e-3, "{found:?}");
+                let likely = chi2(&edge, this, newest);
+                prop_assert!(found.chi2 <= likely + 1e-3, "{found:?} {likely}");
             }
         }
 

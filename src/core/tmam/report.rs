@@ -1,5 +1,7 @@
 //! All that is known of one arc.
 
+use std::cmp::Ordering;
+
 use super::arc::Arc;
 use super::condition::Condition;
 use super::hypothesis::{Gate, HypothesisTest};
@@ -118,6 +120,18 @@ impl ArcReport {
             Gate::let_through(test.chi2_of(labelled), freedom)
         });
         doubts.fold(0.0, f64::max)
+    }
+
+    /// Puts the one that is contradicted more first: what the map contradicts, then what fits its label worst.
+    pub fn worse_first(&self, other: &Self) -> Ordering {
+        let fit = |report: &Self| {
+            let triple = report.triple.as_ref().map(|triple| &triple.test);
+            let test = report.window().or(triple)?;
+            Some(test.chi2_of(report.label.kind()?))
+        };
+        let by_doubt = other.doubt().total_cmp(&self.doubt());
+        let [one, two] = [self, other].map(|report| fit(report).unwrap_or_default());
+        by_doubt.then(two.total_cmp(&one))
     }
 
     fn kind_by_map(&self) -> Option<Kind> {

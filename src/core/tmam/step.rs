@@ -26,6 +26,8 @@ pub struct Step {
     pub absorbed: Vec<u32>,
     /// At the end of the log, what pulled the path straight, where poses were corrected.
     pub closures: Vec<Closure>,
+    /// At the end of the log, the features that the predictions in `reports` name.
+    pub predicting: Vec<MapFeature>,
     /// At the end of the log, every arc by frame and sonar, with all that is known of it.
     pub reports: Vec<ArcReport>,
 }

@@ -172,7 +172,12 @@ fn put_together(
         .or_else(|| stamps::returned(&ranges, &odometry.clock));
     let mut time_notes: Vec<String> = clock_set.iter().map(ClockSet::text).collect();
     time_notes.extend(stamps::backward(&ranges, &odometry.clock));
-    time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
+    time_notes.extend(stamps::uncovered(
+        &readings,
+        &samples,
+        &config.frames,
+        config.input.range_delay,
+    ));
     let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
     let dropped = config.input.drop_repeats;
     notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));

@@ -45,6 +45,8 @@ pub struct Clock {
     farthest_return: i64,
 }
 
+/// No clock is set back as often.
+const MOST_RETURNS: u64 = 20;
 /// More runs than this are not told apart.
 const MOST_RUNS: usize = 512;
 
@@ -228,6 +230,9 @@ pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<ClockSet> {
     let overlap = clocks().map(|clock| clock.overlap_and_hole().0).max()?;
     let hole = clocks().map(|clock| clock.overlap_and_hole().1).max()?;
     let returns = clocks().map(|clock| clock.returns).max()?;
+    if returns > MOST_RETURNS {
+        return None; // the order of the file, which is no clock
+    }
     let farthest = seconds(clocks().map(|clock| clock.farthest_return).max()?);
     let times = times(returns);
     if overlap > BACK {
@@ -403,8 +408,12 @@ pub fn uncovered(
     readings: &[RangeReading],
     samples: &[OdometrySample],
     bounds: &Frames,
+    range_delay: f64,
 ) -> Option<String> {
-    let (first, last) = (samples.first()?.stamp_ns, samples.last()?.stamp_ns);
+    let late = libm::round(range_delay * 1e9) as i64;
+    let on_their_clock = |stamp_ns: i64| stamp_ns.saturating_add(late);
+    let first = on_their_clock(samples.first()?.stamp_ns);
+    let last = on_their_clock(samples.last()?.stamp_ns);
     let up_to = |stamp: i64| readings.partition_point(|r| r.stamp_ns <= stamp);
     let below = |stamp: i64| readings.partition_point(|r| r.stamp_ns < stamp);
     let beyond = libm::round(bounds.max_extrapolation * 1e9) as i64;
@@ -414,7 +423,8 @@ pub fn uncovered(
     for pair in samples.windows(2) {
         let [a, b] = pair else { continue };
         let width = seconds(b.stamp_ns.saturating_sub(a.stamp_ns));
-        let lost = below(b.stamp_ns).saturating_sub(up_to(a.stamp_ns));
+        let [from, to] = [a, b].map(|sample| on_their_clock(sample.stamp_ns));
+        let lost = below(to).saturating_sub(up_to(from));
         if width > bounds.max_odometry_gap && lost > 0 {
             gaps += 1;
             within += lost;

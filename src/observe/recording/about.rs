@@ -48,6 +48,11 @@ pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDo
         let _ = writeln!(text, "- lost: {loss}");
     }
     text.push_str(overlay);
+    text.push_str(if setting.config.departures().label_by_opinion {
+        NOISE_AWARE
+    } else {
+        PAPER
+    });
     text.push_str(HOW_TO_READ);
     let _ = write!(
         text,
@@ -72,6 +77,8 @@ pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDo
     TextDocument::from_markdown(text)
 }
 
+const NOISE_AWARE: &str = include_str!("about_noise_aware.md");
+const PAPER: &str = include_str!("about_paper.md");
 const HOW_TO_READ: &str = include_str!("about.md");
 
 /// What the log says of the source.

@@ -23,6 +23,8 @@ use rerun::external::re_sdk_types::blueprint::archetypes::{
 use super::canvas::Canvas;
 use super::entity::Entity;
 use super::plane::Bounds;
+use super::plots::Plot;
+use crate::core::event::SonarId;
 use crate::observe::viewer::Error;
 pub use writer::Part;
 
@@ -36,18 +38,18 @@ pub struct ViewLayout {
     pub lanes: usize,
     /// How many sonars there are, silent ones too.
     pub sonars: usize,
-    /// Widest beam, radians: the top of the angle plots.
-    pub beam_width: f64,
-    /// On the chi2 of a triple.
-    pub gate: f64,
+    /// What decides the labels.
+    pub plots: [Plot; 2],
     /// The name of the stamp timeline.
     pub stamp: Timeline,
     /// Whether it holds an evaluation.
     pub evaluated: bool,
     /// Whether poses were corrected.
     pub corrected: bool,
+    /// Whether labels are suspect.
+    pub suspects: bool,
     /// The frame to open at; the last one where not given.
-    pub first: Option<u32>,
+    pub first: Option<i64>,
 }
 
 // The containers and views.
@@ -58,16 +60,15 @@ const ANGLES: Part = Part::container(4);
 const SCENE: Part = Part::container(5);
 const MAP: Part = Part::view(6);
 const ABOUT: Part = Part::view(7);
-const THETA_C: Part = Part::view(8);
-const THETA_I: Part = Part::view(9);
+const UPPER: Part = Part::view(8);
+const LOWER: Part = Part::view(9);
 const LABELS: Part = Part::view(10);
 const DOTS: Part = Part::view(11);
 const LANES: Part = Part::container(12);
 const EVENTS: Part = Part::view(13);
-const LINE: Part = Part::container(14);
-const POINT: Part = Part::container(15);
-const CHI2_LINE: Part = Part::view(16);
-const CHI2_POINT: Part = Part::view(17);
+const TOLD: Part = Part::container(14);
+const SUSPECTS: Part = Part::view(15);
+const ALL_ARCS: Part = Part::view(16);
 const EVALUATION: Part = Part::view(18);
 const BELOW: Part = Part::container(19);
 const CORRECTION: Part = Part::container(20);
@@ -77,28 +78,29 @@ const POSES: Part = Part::view(23);
 
 /// Writes the whole blueprint.
 pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
-    map(w, layout)?;
+    map(w, layout, MAP, "Map", &[Entity::Trajectory, Entity::Echoes])?;
+    let all = [Entity::Trajectory, Entity::Echoes, Entity::Arcs];
+    map(w, layout, ALL_ARCS, "All arcs so far", &all)?;
     w.view(ABOUT, "TextDocument", "About", &["+ /about"])?;
-    let gamma = ("+ /angles/gamma", layout.beam_width);
-    let gate = ("+ /chi2/gate", 4.0 * layout.gate);
-    let (wall, point) = ("theta_c [rad]: low = wall", "theta_i [rad]: low = point");
-    plot(w, THETA_C, wall, "+ /angles/theta_c", gamma)?;
-    plot(w, THETA_I, point, "+ /angles/theta_i", gamma)?;
-    plot(w, CHI2_LINE, "chi2 line", "+ /chi2/line", gate)?;
-    plot(w, CHI2_POINT, "chi2 point", "+ /chi2/point", gate)?;
-    w.container(LINE, ContainerKind::Tabs, &[THETA_C, CHI2_LINE], &[])?;
-    w.container(POINT, ContainerKind::Tabs, &[THETA_I, CHI2_POINT], &[])?;
+    for (id, shown) in [UPPER, LOWER].into_iter().zip(&layout.plots) {
+        plot(w, id, shown)?;
+    }
     labels(w, layout)?;
     events(w, layout)?;
 
-    let mut tabs = vec![MAP, ABOUT];
+    let mut tabs = vec![MAP, ALL_ARCS, ABOUT];
     if layout.evaluated {
         w.view(EVALUATION, "TextDocument", "Evaluation", &["+ /evaluation"])?;
         tabs.insert(1, EVALUATION);
     }
     let mut below = EVENTS;
+    if layout.suspects {
+        w.view(SUSPECTS, "TextDocument", "Suspects", &["+ /suspects"])?;
+        w.container(TOLD, ContainerKind::Tabs, &[SUSPECTS, EVENTS], &[])?;
+        below = TOLD;
+    }
     if layout.corrected {
-        correction(w)?;
+        correction(w, below)?;
         tabs.push(POSES);
         below = BELOW;
     }
@@ -112,7 +114,7 @@ pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
         } else {
             ContainerKind::Horizontal
         },
-        &[LINE, POINT],
+        &[UPPER, LOWER],
         &[1.0, 1.0],
     )?;
     w.container(
@@ -137,7 +139,6 @@ fn time_panel(layout: &ViewLayout) -> TimePanelBlueprint {
     };
     // A blueprint cannot set the cursor. But a loop draws it into its range, and one of a single
     // frame keeps it there until somebody moves it.
-    let first = i64::from(first);
     panel
         .with_play_state(PlayState::Playing)
         .with_loop_mode(LoopMode::Selection)
@@ -162,13 +163,19 @@ fn heights(lanes: usize) -> (f32, f32) {
     (lanes, HEIGHT - lanes)
 }
 
-/// The map: bounds that fit the run, and the trajectory up to the cursor.
-fn map(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
-    w.view(MAP, "2D", "Map", &["+ /world/**"])?;
+/// A map: bounds that fit the run, and what is shown of all frames up to the cursor.
+fn map(
+    w: &mut Canvas<'_>,
+    layout: &ViewLayout,
+    id: Part,
+    name: &str,
+    so_far: &[Entity],
+) -> Result<(), Error> {
+    w.view(id, "2D", name, &["+ /world/**"])?;
     if let Some(Bounds { min, max }) = layout.bounds {
         // The view's y axis points down; the world is drawn flipped, so its bounds are too.
         w.property(
-            MAP,
+            id,
             "VisualBounds2D",
             &VisualBounds2D::new(VisualBounds(Range2D {
                 x_range: [min.x, max.x].into(),
@@ -176,7 +183,7 @@ fn map(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
             })),
         )?;
     }
-    let so_far = |timeline: &str| {
+    let up_to_cursor = |timeline: &str| {
         VisibleTimeRange(datatypes::VisibleTimeRange {
             timeline: timeline.into(),
             range: TimeRange {
@@ -185,25 +192,27 @@ fn map(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
             },
         })
     };
-    let accumulated: &[Entity] = if layout.corrected {
-        &[Entity::Trajectory, Entity::OdometryPath, Entity::Closures]
+    let corrected: &[Entity] = if layout.corrected {
+        &[Entity::OdometryPath, Entity::Closures]
     } else {
-        &[Entity::Trajectory]
+        &[]
     };
-    for entity in accumulated {
+    for entity in so_far.iter().chain(corrected) {
         w.part(
             ViewContents::blueprint_base_visualizer_path_for_entity(
-                MAP.uuid(),
+                id.uuid(),
                 &entity.path().into(),
             ),
-            &VisibleTimeRanges::new([so_far("frame"), so_far(layout.stamp.name().as_str())]),
+            &VisibleTimeRanges::new(
+                ["frame", layout.stamp.name().as_str(), "seconds"].map(up_to_cursor),
+            ),
         )?;
     }
     Ok(())
 }
 
 /// How far the poses were moved and turned, beside the events, and the page that says how to read it.
-fn correction(w: &mut Canvas<'_>) -> Result<(), Error> {
+fn correction(w: &mut Canvas<'_>, told: Part) -> Result<(), Error> {
     w.view(POSES, "TextDocument", "Poses", &["+ /about/poses"])?;
     for (id, name, path) in [
         (MOVED, "poses moved [m]", "+ /correction/moved"),
@@ -216,21 +225,25 @@ fn correction(w: &mut Canvas<'_>) -> Result<(), Error> {
     w.container(
         BELOW,
         ContainerKind::Horizontal,
-        &[EVENTS, CORRECTION],
+        &[told, CORRECTION],
         &[1.6, 1.0],
     )
 }
 
-/// A value over time against its bound, and how high the plot is.
-fn plot(
-    w: &mut Canvas<'_>,
-    id: Part,
-    name: &str,
-    path: &str,
-    (bound, top): (&str, f64),
-) -> Result<(), Error> {
-    w.view(id, "TimeSeries", name, &[path, bound])?;
-    scale(w, id, [-0.06 * top, 1.12 * top])?;
+/// What decided, over time, against its bounds.
+fn plot(w: &mut Canvas<'_>, id: Part, plot: &Plot) -> Result<(), Error> {
+    let dots = (plot.dots)(SonarId(0)).path();
+    let mut contents = vec![format!("+ {dots}/**")];
+    contents.extend(
+        plot.bounds
+            .iter()
+            .map(|bound| format!("+ {}", bound.entity.path())),
+    );
+    let contents: Vec<&str> = contents.iter().map(String::as_str).collect();
+    w.view(id, "TimeSeries", plot.title, &contents)?;
+    let [low, high] = plot.range;
+    let margin = 0.06 * (high - low);
+    scale(w, id, [low - margin, high + margin])?;
     link(w, id)?;
     hide_legend(w, id)
 }
@@ -240,7 +253,7 @@ fn scale(w: &mut Canvas<'_>, id: Part, range: [f64; 2]) -> Result<(), Error> {
     w.property(id, "ScalarAxis", &axis)
 }
 
-/// Sixteen names would cover the plot; each dot says its sonar when pointed at.
+/// Sixteen names would cover the plot. Colours are those of the labels; each dot says its sonar when pointed at.
 fn hide_legend(w: &mut Canvas<'_>, id: Part) -> Result<(), Error> {
     let legend = PlotLegend::new().with_visible(Visible(Bool(false)));
     w.property(id, "PlotLegend", &legend)
@@ -297,6 +310,7 @@ fn events(w: &mut Canvas<'_>, layout: &ViewLayout) -> Result<(), Error> {
         &TextLogColumns::new()
             .with_timeline_columns([
                 timeline("frame", true),
+                timeline("seconds", false),
                 timeline(layout.stamp.name().as_str(), false),
             ])
             .with_text_log_columns([

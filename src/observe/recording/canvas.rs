@@ -9,7 +9,7 @@ use rerun::datatypes::Quaternion;
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{
     AsComponents, Color, EntityPath, LineStrips2D, Points2D, Scalars, SerializationResult,
-    SerializedComponentColumn, StateChange, TextLog, Timeline, Transform3D,
+    SerializedComponentColumn, SeriesPoints, StateChange, TextLog, Timeline, Transform3D,
 };
 
 use super::encode::{RrdWriter, Store};
@@ -27,7 +27,7 @@ const CHUNK_ROWS: usize = 512;
 /// Instances in a chunk, for entities whose rows are long.
 const CHUNK_INSTANCES: usize = 16_384;
 
-/// When something was: the place of a row on both timelines.
+/// When something was: the place of a row on the timelines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moment {
     pub frame: i64,
@@ -54,6 +54,8 @@ pub enum Shown {
     Dots(Vec<Dot>),
     /// Rounded as in the trace, so that the two can be compared.
     Numbers(Vec<f64>),
+    /// The same, each as a dot of a colour.
+    Dotted(Vec<(f64, Color)>),
     /// A row without one ends the label before it: a gap in the lane. (A null would say the same, but
     /// `rerun rrd verify` takes it for damage.)
     Labels(Vec<String>),
@@ -109,6 +111,8 @@ pub struct Timelines {
     pub frame: Timeline,
     /// The log's own clock.
     pub stamp: Timeline,
+    /// From the log's first reading on.
+    pub seconds: Timeline,
 }
 
 /// Clocks that started before this are counted from the start of the run, not from 1970.
@@ -124,6 +128,7 @@ impl Timelines {
             } else {
                 Timeline::new_duration("stamp")
             },
+            seconds: Timeline::new_duration("seconds"),
         }
     }
 }
@@ -132,6 +137,8 @@ impl Timelines {
 pub struct Canvas<'a> {
     file: RrdWriter<'a>,
     pub lines: Timelines,
+    // What seconds are counted from.
+    origin_ns: i64,
     pub origin: PlaneOrigin,
     pub sonars: Vec<Sonar>,
     tables: BTreeMap<Entity, Table>,
@@ -146,10 +153,12 @@ struct Table {
 }
 
 impl<'a> Canvas<'a> {
-    pub fn new(file: RrdWriter<'a>, start_ns: i64, origin: PlaneOrigin, sonars: &[Sonar]) -> Self {
+    /// `origin_ns` is the stamp of the log's first reading.
+    pub fn new(file: RrdWriter<'a>, origin_ns: i64, origin: PlaneOrigin, sonars: &[Sonar]) -> Self {
         Self {
             file,
-            lines: Timelines::new(start_ns),
+            lines: Timelines::new(origin_ns),
+            origin_ns,
             origin,
             sonars: sonars.to_vec(),
             tables: BTreeMap::new(),
@@ -204,9 +213,11 @@ impl<'a> Canvas<'a> {
         };
         let columns = columns(&*rows.archetype(entity.look())?, &table.lengths)?;
         let moments = || table.moments.iter();
+        let seconds = |at: &Moment| at.stamp_ns.saturating_sub(self.origin_ns);
         let times = vec![
             (self.lines.frame, moments().map(|at| at.frame).collect()),
             (self.lines.stamp, moments().map(|at| at.stamp_ns).collect()),
+            (self.lines.seconds, moments().map(seconds).collect()),
         ];
         let path = self.path(entity);
         let rows = table.moments.len();
@@ -215,13 +226,13 @@ impl<'a> Canvas<'a> {
     }
 
     fn path(&self, entity: Entity) -> EntityPath {
-        match entity {
-            Entity::Labels(sonar) => EntityPath::new(vec![
-                EntityPathPart::new("labels"),
-                // One part, whatever slashes are in the name.
-                EntityPathPart::new(self.sonar(sonar)),
-            ]),
-            other => other.path().into(),
+        let path = EntityPath::from(entity.path());
+        match entity.of_sonar() {
+            // One part, whatever slashes are in the name.
+            Some(sonar) => path.join(&EntityPath::new(vec![EntityPathPart::new(
+                self.sonar(sonar),
+            )])),
+            None => path,
         }
     }
 
@@ -298,6 +309,7 @@ impl Shown {
             Self::Strips(all) => all.len(),
             Self::Dots(all) => all.len(),
             Self::Numbers(all) => all.len(),
+            Self::Dotted(all) => all.len(),
             Self::Labels(all) => all.len(),
             Self::Poses(all) => all.len(),
             Self::Messages(all) => all.len(),
@@ -311,6 +323,7 @@ impl Shown {
             (Self::Strips(all), Self::Strips(more)) => all.extend(more),
             (Self::Dots(all), Self::Dots(more)) => all.extend(more),
             (Self::Numbers(all), Self::Numbers(more)) => all.extend(more),
+            (Self::Dotted(all), Self::Dotted(more)) => all.extend(more),
             (Self::Labels(all), Self::Labels(more)) => all.extend(more),
             (Self::Poses(all), Self::Poses(more)) => all.extend(more),
             (Self::Messages(all), Self::Messages(more)) => all.extend(more),
@@ -347,6 +360,9 @@ impl Shown {
             Self::Dots(marks) => {
                 let places = marks.iter().map(|mark| mark.at);
                 let mut all = Points2D::update_fields().with_positions(places);
+                if by_class {
+                    all = all.with_class_ids(marks.iter().map(|mark| mark.class));
+                }
                 if each {
                     all = all.with_colors(marks.iter().filter_map(|mark| mark.color));
                 }
@@ -359,6 +375,17 @@ impl Shown {
             Self::Numbers(numbers) => {
                 let numbers = numbers.into_iter().map(rounded);
                 Box::new(Scalars::update_fields().with_scalars(numbers))
+            }
+            Self::Dotted(numbers) => {
+                let (numbers, colors): (Vec<_>, Vec<_>) = numbers.into_iter().unzip();
+                let numbers =
+                    Scalars::update_fields().with_scalars(numbers.into_iter().map(rounded));
+                let colors = SeriesPoints::update_fields().with_colors(colors);
+                let all = [
+                    numbers.as_serialized_batches(),
+                    colors.as_serialized_batches(),
+                ];
+                Box::new(all.concat())
             }
             Self::Labels(labels) => Box::new(StateChange::update_fields().with_state(labels)),
             Self::Poses(poses) => {

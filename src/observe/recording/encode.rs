@@ -1,7 +1,7 @@
 //! Writes chunks as a Rerun file whose bytes depend on nothing but its content.
 //!
 //! The SDK's own encoder takes row and chunk ids from the clock and lists the stores in the
-//! footer in hash-map order. Here ids count from the log's start and the footer has the recording
+//! footer in hash-map order. Here ids count from a digest of what is recorded and the footer has the recording
 //! before the blueprint. Offsets and sizes for the footer are noted as the chunks go out, so
 //! nothing but the footer's rows stays in memory.
 
@@ -25,6 +25,7 @@ use rerun::{
 
 use super::live::Live;
 use crate::core::observer::Setting;
+use crate::observe::drawing::Overlay;
 use crate::observe::viewer::{Error, this};
 
 const COMPRESSION: Compression = Compression::LZ4;
@@ -79,16 +80,16 @@ pub struct RrdWriter<'a> {
     blueprint: Manifest,
 }
 
-/// Row and chunk ids: the log's start and a count.
+/// Row and chunk ids: the digest of the recording and a count.
 struct Ids {
-    start_ns: u64,
+    digest: u64,
     count: u64,
 }
 
 impl Ids {
     fn next(&mut self) -> Tuid {
         self.count += 1;
-        Tuid::from_nanos_and_inc(self.start_ns, self.count)
+        Tuid::from_nanos_and_inc(self.digest, self.count)
     }
 }
 
@@ -98,7 +99,7 @@ impl<'a> RrdWriter<'a> {
         out: Option<&'a mut dyn Write>,
         viewer: Option<Live>,
         [recording, blueprint]: [StoreId; 2],
-        start_ns: i64,
+        digest: u64,
     ) -> Result<Self, Error> {
         let mut writer = Self {
             out,
@@ -107,10 +108,7 @@ impl<'a> RrdWriter<'a> {
             previewing: None,
             written: 0,
             scratch: Vec::new(),
-            ids: Ids {
-                start_ns: u64::try_from(start_ns).unwrap_or(0),
-                count: 0,
-            },
+            ids: Ids { digest, count: 0 },
             recording: Manifest::new(recording),
             blueprint: Manifest::new(blueprint),
         };
@@ -292,17 +290,19 @@ impl From<SerializationError> for Error {
 /// How much of a file's name goes into the name of its recordings' application.
 const MAX_STEM: usize = 100;
 
-/// Names for the recording and its blueprint that follow from log and configuration, and from the
-/// `world` that the run is held against.
+/// Names for the recording and its blueprint, and what its ids count from: a digest of the log's events, the
+/// configuration, the version, and what is drawn over the run.
 ///
 /// The viewer keeps a blueprint per application, and bounds that fit one log do not fit another:
-/// so each log is its own application. Two configurations over one log are two recordings of it.
-pub fn store_ids(setting: &Setting<'_>, world: &str) -> [StoreId; 2] {
+/// so each log is its own application. Two configurations over one log are two recordings of it. A catalog
+/// takes chunks of equal ids for one chunk.
+pub fn identity(setting: &Setting<'_>, overlay: &Overlay) -> ([StoreId; 2], u64) {
     let source = setting.source;
-    let mut content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
-    content.push_str(world);
-    let recording = format!("{}-{:016x}", source.start_ns, fnv1a(content.as_bytes()));
-    named_ids("tmam", &source.file, recording)
+    let content = serde_json::to_string(&(source, setting.config)).unwrap_or_default();
+    let (events, this) = (setting.events_sha256, this());
+    let digest = fnv1a(format!("{this} {events} {content} {overlay:?}").as_bytes());
+    let recording = format!("{}-{digest:016x}", source.start_ns);
+    (named_ids("tmam", &source.file, recording), digest)
 }
 
 /// Names for a recording of a kind of a log.

@@ -16,28 +16,33 @@ pub enum Entity {
     Beams,
     ContactPoints,
     IntersectionPoints,
-    ThetaC,
-    ThetaI,
-    Chi2Line,
-    Chi2Point,
+    /// What decides the labels of a sonar, as dots: by how much chi2 of a line is ahead of a point's, and how
+    /// well the better of the two fits.
+    Lead(SonarId),
+    Fit(SonarId),
+    /// The same under the paper's rule: theta_c by theta_i, and the smaller of the two.
+    Ratio(SonarId),
+    Angle(SonarId),
     /// The labels of a sonar, as words.
     Labels(SonarId),
-    /// The labels of all sonars, as dots: lanes of words melt into grey where a run is long.
-    ContactDots,
-    IntersectionDots,
-    UnidentifiedDots,
+    /// The same as dots: lanes of words melt into grey where a run is long.
+    LabelDots(SonarId),
     Evidence,
     ChangedLabels,
     ClosedArcs,
     ClosedLines,
     ClosedPoints,
-    /// A page of the map; so are the next two.
+    /// A page of the map; so are the next three.
     MapLines(u32),
     MapPoints(u32),
     MapCovariance(u32),
+    MapIds(u32),
     Robot,
     Outline,
+    SonarNames,
     Trajectory,
+    /// Where every reading would have echoed on the axis of its beam.
+    Echoes,
     /// What was corrected of the poses; so are the next five.
     OdometryPath,
     PoseCovariance,
@@ -47,9 +52,17 @@ pub enum Entity {
     ClosureLog,
     Log,
     Suspects,
+    /// All of them, at all times.
+    AllSuspects,
+    /// What contradicts those of a frame.
+    Contradicting,
     SuspectLog,
-    Gamma,
+    /// The bounds that what decides is held against.
+    Decisive,
     Gate,
+    Alpha,
+    Beta,
+    Gamma,
 }
 
 /// How strips or dots look.
@@ -92,7 +105,7 @@ pub enum Names {
 }
 
 impl Entity {
-    /// Where it is in a recording; labels of a sonar are at `/labels/NAME`.
+    /// Where it is in a recording; what is of a sonar is below that, under its name.
     pub fn path(self) -> String {
         let path = match self {
             Self::WrongLabels => "/world/truth/wrong_labels",
@@ -103,14 +116,12 @@ impl Entity {
             Self::Beams => "/world/beams",
             Self::ContactPoints => "/world/contact_points",
             Self::IntersectionPoints => "/world/intersection_points",
-            Self::ThetaC => "/angles/theta_c",
-            Self::ThetaI => "/angles/theta_i",
-            Self::Chi2Line => "/chi2/line",
-            Self::Chi2Point => "/chi2/point",
+            Self::Lead(_) => "/chi2/lead",
+            Self::Fit(_) => "/chi2/fit",
+            Self::Ratio(_) => "/angles/ratio",
+            Self::Angle(_) => "/angles/smaller",
             Self::Labels(_) => "/labels",
-            Self::ContactDots => "/lanes/contact",
-            Self::IntersectionDots => "/lanes/intersection",
-            Self::UnidentifiedDots => "/lanes/unidentified",
+            Self::LabelDots(_) => "/lanes",
             Self::ChangedLabels => "/world/differences/labels",
             Self::ClosedArcs => "/world/features/arcs",
             Self::ClosedLines => "/world/features/lines",
@@ -118,8 +129,11 @@ impl Entity {
             Self::MapLines(page) => return format!("/world/map/lines/{page}"),
             Self::MapPoints(page) => return format!("/world/map/points/{page}"),
             Self::MapCovariance(page) => return format!("/world/map/covariance/{page}"),
+            Self::MapIds(page) => return format!("/world/map/ids/{page}"),
             Self::Robot => "/world/robot",
             Self::Outline => "/world/robot/outline",
+            Self::SonarNames => "/world/robot/sonars",
+            Self::Echoes => "/world/echoes",
             Self::Trajectory => "/world/trajectory",
             Self::OdometryPath => "/world/odometry",
             Self::PoseCovariance => "/world/pose_covariance",
@@ -129,11 +143,29 @@ impl Entity {
             Self::ClosureLog => "/log/closures",
             Self::Log => "/log",
             Self::Suspects => "/world/suspects",
+            Self::AllSuspects => "/world/suspects/all",
+            Self::Contradicting => "/world/suspects/contradicting",
             Self::SuspectLog => "/log/suspects",
-            Self::Gamma => "/angles/gamma",
+            Self::Decisive => "/chi2/decisive",
             Self::Gate => "/chi2/gate",
+            Self::Alpha => "/angles/alpha",
+            Self::Beta => "/angles/beta",
+            Self::Gamma => "/angles/gamma",
         };
         path.to_owned()
+    }
+
+    /// The sonar that it is of.
+    pub fn of_sonar(self) -> Option<SonarId> {
+        match self {
+            Self::Lead(sonar)
+            | Self::Fit(sonar)
+            | Self::Ratio(sonar)
+            | Self::Angle(sonar)
+            | Self::Labels(sonar)
+            | Self::LabelDots(sonar) => Some(sonar),
+            _ => None,
+        }
     }
 
     /// How it looks, where it is drawn in the map.
@@ -144,7 +176,12 @@ impl Entity {
             Self::SpuriousPoints => Look::dots(4.5, All(style::WRONG), 5.5).named(),
             Self::Errors => Look::strips(1.0, All(style::ERROR), 5.5).named(),
             // Wide bands below the arcs, so that their own colours stay to be seen.
-            Self::Suspects => Look::strips(5.0, All(style::SUSPECT), 6.5).named(),
+            Self::Suspects => Look::strips(5.0, All(style::SUSPECT), 6.5).shown(true),
+            Self::AllSuspects => Look::strips(2.0, All(style::FAINT_SUSPECT), 1.6).named(),
+            Self::Contradicting => Look::strips(1.5, All(style::CONTRADICTING), 8.5).shown(true),
+            Self::Echoes => Look::dots(1.25, Class, 1.2),
+            Self::SonarNames => Look::dots(1.0, Each, 10.0).shown(true),
+            Self::MapIds(_) => Look::dots(0.5, All(style::IDS), 9.8).shown(true),
             Self::WrongLabels => Look::strips(5.0, All(style::WRONG), 6.6).named(),
             Self::ChangedLabels => Look::strips(5.0, All(style::NOW), 8.6).shown(true),
             Self::Beams => Look::strips(0.5, All(style::BEAM), 1.0),
@@ -171,7 +208,7 @@ impl Entity {
     pub fn is_page(self) -> bool {
         matches!(
             self,
-            Self::MapLines(_) | Self::MapPoints(_) | Self::MapCovariance(_)
+            Self::MapLines(_) | Self::MapPoints(_) | Self::MapCovariance(_) | Self::MapIds(_)
         )
     }
 }
@@ -234,10 +271,8 @@ impl Look {
         if let Paint::All(color) = self.paint {
             dots = dots.with_colors([color]);
         }
-        match self.names {
-            Names::None => dots,
-            names => dots.with_show_labels(names == Names::Shown),
-        }
+        // A class has a name, too.
+        dots.with_show_labels(self.names == Names::Shown)
     }
 }
 

@@ -34,9 +34,10 @@ struct Group {
 /// # Errors
 /// When `out` cannot be written to.
 pub fn write_grid(mut out: impl Write, grid: &DrawnGrid) -> Result<(), Error> {
-    let recording = format!("sweep-{:016x}", fnv1a(&grid.content));
+    let digest = fnv1a(&grid.content);
+    let recording = format!("sweep-{digest:016x}");
     let ids = named_ids("tmam-sweep", &grid.file, recording);
-    let file = RrdWriter::new(Some(&mut out), None, ids, 0)?;
+    let file = RrdWriter::new(Some(&mut out), None, ids, digest)?;
     let mut canvas = Canvas::new(file, 0, PlaneOrigin::default(), &[]);
     canvas.put("/about", &page(grid))?;
     let groups = groups(grid);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rerun::Color;
 
-use super::canvas::{Canvas, Mark, Moment, Shown, Strip};
+use super::canvas::{Canvas, Dot, Mark, Moment, Shown, Strip};
 use super::entity::Entity;
 use super::style;
 use crate::core::geometry::{Vec2, unit};
@@ -97,6 +97,15 @@ impl DrawnMap {
                 Shown::Dots(of_points.collect()),
             )?;
         }
+        let ids = features().filter(|feature| feature.status == Status::Confirmed);
+        let ids = ids.map(|feature| {
+            let at = match &feature.shape {
+                Shape::Line(line) => line.mid,
+                Shape::Point(point) => point.position,
+            };
+            Dot::named(origin.xy(at), feature.id.to_string())
+        });
+        canvas.row(Entity::MapIds(page), at, Shown::Dots(ids.collect()))?;
         let outlines = features().map(|feature| {
             let outline = match &feature.shape {
                 Shape::Line(segment) => band(segment),

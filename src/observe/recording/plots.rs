@@ -1,151 +1,168 @@
-//! Beside the map: the angles of every triple and the labels that follow from them.
+//! Beside the map: what decided every label, a dot per sonar and frame in the colour of the label, against the
+//! bounds that it was held to.
 
-use std::collections::BTreeSet;
-
-use rerun::components::{MarkerShape, Name};
-use rerun::{Color, SeriesLines, SeriesPoints, StateConfiguration};
+use rerun::SeriesLines;
 
 use super::canvas::{Canvas, Moment, Shown};
 use super::entity::Entity;
-use super::hold::{HeldCell, HeldFrame};
-use super::style::{self, LABELS};
+use super::reports::{Reports, dot_color};
+use super::style;
+use crate::core::config::Config;
 use crate::core::event::SonarId;
-use crate::core::tmam::triple::TripleTest;
+use crate::core::rounding::fixed;
+use crate::core::tmam::report::ArcReport;
 use crate::observe::viewer::Error;
 
-type Pick = fn(&TripleTest) -> f64;
-
-/// Numbers of a triple that are plotted, one dot per sonar and frame.
-const PLOTS: [(Entity, Pick); 4] = [
-    (Entity::ThetaC, |triple| triple.angles.theta_c),
-    (Entity::ThetaI, |triple| triple.angles.theta_i),
-    (Entity::Chi2Line, |triple| finite(triple.test.chi2_line)),
-    (Entity::Chi2Point, |triple| finite(triple.test.chi2_point)),
-];
-
-/// Labels as dots on the lane of their sonar: contact lies above the lane's middle and unidentified
-/// below it, so that none hides another where the run is long.
-const DOTS: [(Entity, &str, f64, Color); 3] = [
-    (Entity::ContactDots, "contact", 0.2, style::CONTACT),
-    (
-        Entity::IntersectionDots,
-        "intersection",
-        0.0,
-        style::INTERSECTION,
-    ),
-    (
-        Entity::UnidentifiedDots,
-        "unidentified",
-        -0.2,
-        style::UNIDENTIFIED,
-    ),
-];
-
-/// Plots a decided frame.
-pub fn draw(held: &HeldFrame, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    let sonars = canvas.sonars.len();
-    for (entity, pick) in PLOTS {
-        let number = |cell: &HeldCell| Some(pick(cell.report.as_ref()?.triple.as_ref()?));
-        canvas.row(entity, held.moment, by_sonar(held, sonars, number))?;
-    }
-    for cell in &held.cells {
-        let label = (cell.report.as_ref()).map(|report| style::name(report.label));
-        let label = Shown::Labels(label.into_iter().collect());
-        canvas.row(Entity::Labels(cell.sonar), held.moment, label)?;
-    }
-    for (entity, label, above, _) in DOTS {
-        let place = |cell: &HeldCell| {
-            let same = (cell.report.as_ref()).is_some_and(|r| r.label.name() == label);
-            same.then_some(cell.sonar.index() as f64 + above)
-        };
-        canvas.row(entity, held.moment, by_sonar(held, sonars, place))?;
-    }
-    Ok(())
+/// A number of every arc, plotted against its bounds.
+pub struct Plot {
+    /// What it shows and how that reads.
+    pub title: &'static str,
+    /// The values that there is room for: dots of what lies beyond are at the edge.
+    pub range: [f64; 2],
+    pub bounds: Vec<Bound>,
+    pub dots: fn(SonarId) -> Entity,
+    of: fn(&ArcReport) -> Option<f64>,
 }
 
-/// One number per sonar; NaN, which plots as a gap, where the frame has none of it.
-fn by_sonar(held: &HeldFrame, sonars: usize, pick: impl Fn(&HeldCell) -> Option<f64>) -> Shown {
-    let mut row = vec![f64::NAN; sonars];
-    for cell in &held.cells {
-        if let (Some(slot), Some(number)) = (row.get_mut(cell.sonar.index()), pick(cell)) {
-            *slot = number;
-        }
+impl Plot {
+    /// What is drawn of an arc.
+    pub fn value(&self, report: &ArcReport) -> Option<f64> {
+        let [low, high] = self.range;
+        // Of two infinite ones there is no difference.
+        let value = (self.of)(report).filter(|value| !value.is_nan())?;
+        Some(value.clamp(low, high))
     }
-    Shown::Numbers(row)
 }
 
-/// Infinite where the beams have nothing in common: a gap in the plot.
-fn finite(chi2: f64) -> f64 {
-    if chi2.is_finite() { chi2 } else { f64::NAN }
+/// Lines that values are held against.
+pub struct Bound {
+    pub entity: Entity,
+    name: String,
+    at: Vec<f64>,
 }
 
-/// The bounds that values are held against.
-#[derive(Debug, Clone, Copy)]
-pub struct Limits {
-    /// On the smaller angle, radians.
-    pub gamma: f64,
-    /// On the chi2 of a triple.
-    pub gate: f64,
+impl Bound {
+    fn new(entity: Entity, name: String, at: &[f64]) -> Self {
+        let at = at.to_vec();
+        Self { entity, name, at }
+    }
 }
 
-/// How the plots look.
-pub fn put_styles(limits: Limits, canvas: &mut Canvas<'_>) -> Result<(), Error> {
-    let names: Vec<Name> = canvas
-        .sonars
-        .iter()
-        .map(|s| s.name.as_str().into())
-        .collect();
-    let sonars = names.len();
-    let look = SeriesPoints::update_fields()
-        .with_names(names.clone())
-        .with_colors(style::wheel(sonars))
-        .with_marker_sizes(vec![2.0; sonars]);
-    for (entity, _) in PLOTS {
-        canvas.put_on(entity, &look)?;
+/// What decides under the rule of a configuration, where beams are this wide at most.
+pub fn deciding(config: &Config, beam_width: f64) -> [Plot; 2] {
+    if config.departures().label_by_opinion {
+        let decisive = config.opinion.decisive;
+        let beyond = 4.0 * decisive.max(config.opinion.gate);
+        return [
+            Plot {
+                title: "lead in chi2: up = wall",
+                range: [-beyond, beyond],
+                bounds: vec![Bound::new(
+                    Entity::Decisive,
+                    format!("decisive {decisive}"),
+                    &[decisive, -decisive],
+                )],
+                dots: Entity::Lead,
+                of: lead,
+            },
+            Plot {
+                title: "best chi2/gate: low = fits",
+                range: [0.0, 4.0],
+                bounds: vec![Bound::new(Entity::Gate, "gate".to_owned(), &[1.0])],
+                dots: Entity::Fit,
+                of: fit,
+            },
+        ];
     }
-    for (entity, name) in [
-        (
-            Entity::Gamma,
-            format!("gamma {:.1} deg", limits.gamma.to_degrees()),
-        ),
-        (Entity::Gate, format!("gate {}", limits.gate)),
-    ] {
-        let look = SeriesLines::update_fields()
-            .with_names([name])
-            .with_colors([style::BOUND])
-            .with_widths([1.5]);
-        canvas.put_on(entity, &look)?;
-    }
-    for (entity, _, _, color) in DOTS {
-        let look = SeriesPoints::update_fields()
-            .with_names(names.clone())
-            .with_colors(vec![color; sonars])
-            .with_markers(vec![MarkerShape::Square; sonars])
-            .with_marker_sizes(vec![2.5; sonars]);
-        canvas.put_on(entity, &look)?;
-    }
-    Ok(())
+    let bounds = &config.triple;
+    let gamma = bounds.gamma.to_degrees();
+    [
+        Plot {
+            title: "theta_c/theta_i: low = wall",
+            range: [0.0, 2.0 * bounds.beta],
+            bounds: vec![
+                Bound::new(
+                    Entity::Alpha,
+                    format!("alpha {}", bounds.alpha),
+                    &[bounds.alpha],
+                ),
+                Bound::new(
+                    Entity::Beta,
+                    format!("beta {}", bounds.beta),
+                    &[bounds.beta],
+                ),
+            ],
+            dots: Entity::Ratio,
+            of: ratio,
+        },
+        Plot {
+            title: "smaller angle [deg]",
+            range: [0.0, beam_width.to_degrees()],
+            bounds: vec![Bound::new(
+                Entity::Gamma,
+                format!("gamma {} deg", fixed(gamma, 1)),
+                &[gamma],
+            )],
+            dots: Entity::Angle,
+            of: smaller_angle,
+        },
+    ]
 }
 
-/// The bounds as lines over the whole run, and how the lanes look: of the sonars that gave something,
-/// since the viewer would draw an empty lane for any other.
-pub fn put_last(
-    seen: &BTreeSet<SonarId>,
-    limits: Limits,
+/// By how much the chi2 of a line is ahead of that of a point in the widest window.
+fn lead(report: &ArcReport) -> Option<f64> {
+    report.triple.as_ref()?;
+    let window = report.window()?;
+    Some(window.chi2_point - window.chi2_line)
+}
+
+/// chi2 of the better of line and point in the widest window, by its gate.
+fn fit(report: &ArcReport) -> Option<f64> {
+    report.triple.as_ref()?;
+    let window = report.window()?;
+    Some(window.chi2_line.min(window.chi2_point) / window.gate)
+}
+
+fn ratio(report: &ArcReport) -> Option<f64> {
+    let angles = &report.triple.as_ref()?.angles;
+    Some(angles.theta_c / angles.theta_i)
+}
+
+/// In degrees.
+fn smaller_angle(report: &ArcReport) -> Option<f64> {
+    let angles = &report.triple.as_ref()?.angles;
+    Some(angles.theta_c.min(angles.theta_i).to_degrees())
+}
+
+/// Draws the dots and the bounds, over the whole run from its first moment to its last.
+pub fn draw(
+    plots: &[Plot; 2],
+    reports: &Reports,
+    all: &[ArcReport],
     ends: &[Moment],
     canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
-    for (entity, bound) in [(Entity::Gamma, limits.gamma), (Entity::Gate, limits.gate)] {
-        for end in ends {
-            canvas.row(entity, *end, Shown::Numbers(vec![bound]))?;
+    for plot in plots {
+        for (at, reports) in reports.with(all) {
+            for report in reports {
+                let Some(value) = plot.value(report) else {
+                    continue;
+                };
+                let dot = (value, dot_color(report));
+                let entity = (plot.dots)(report.arc.id.sonar);
+                canvas.row(entity, at, Shown::Dotted(vec![dot]))?;
+            }
+        }
+        for bound in &plot.bounds {
+            let look = SeriesLines::update_fields()
+                .with_names(vec![bound.name.as_str(); bound.at.len()])
+                .with_colors(vec![style::BOUND; bound.at.len()])
+                .with_widths(vec![1.5; bound.at.len()]);
+            canvas.put_on(bound.entity, &look)?;
+            for end in ends {
+                canvas.row(bound.entity, *end, Shown::Numbers(bound.at.clone()))?;
+            }
         }
     }
-    canvas.flush()?;
-    // Most lanes are grey most of the time: a word there would be noise, a letter is not.
-    let look = StateConfiguration::new()
-        .with_values(LABELS.map(|look| style::name(look.label)))
-        .with_labels(LABELS.map(|look| look.short))
-        .with_colors(LABELS.map(|look| look.shade));
-    let mut lanes = seen.iter().map(|sonar| Entity::Labels(*sonar));
-    lanes.try_for_each(|lane| canvas.put_on(lane, &look))
+    canvas.flush()
 }

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use rerun::LineStrips2D;
+use rerun::{LineStrips2D, Points2D};
 
-use super::canvas::{Canvas, Moment, Shown, Strip};
+use super::canvas::{Canvas, Dot, Moment, Shown, Strip};
 use super::entity::{Entity, ui};
 use super::plane::PlaneOrigin;
 use super::style;
@@ -41,6 +41,8 @@ impl Robot {
             let strokes = outline(&canvas.sonars).into_iter().map(Strip::from);
             let strokes = Shown::Strips(strokes.collect());
             canvas.row(Entity::Outline, at, strokes)?;
+            let names = Shown::Dots(names(&canvas.sonars));
+            canvas.row(Entity::SonarNames, at, names)?;
         }
         let from = self.before.replace(here).unwrap_or(here);
         let leg = Strip::from(vec![origin.xy(from), origin.xy(here)]);
@@ -51,7 +53,8 @@ impl Robot {
     pub fn leave(&mut self, at: Moment, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         self.before = None;
         self.shown = false;
-        canvas.row(Entity::Outline, at, Shown::Strips(Vec::new()))
+        canvas.row(Entity::Outline, at, Shown::Strips(Vec::new()))?;
+        canvas.row(Entity::SonarNames, at, Shown::Dots(Vec::new()))
     }
 }
 
@@ -92,6 +95,42 @@ fn outline(sonars: &[Sonar]) -> Vec<Vec<[f32; 2]>> {
         .collect()
 }
 
+/// The names of the sonars round the robot, in the colours of their echoes; without what all of them begin
+/// with.
+fn names(sonars: &[Sonar]) -> Vec<Dot> {
+    let radius = radius(sonars);
+    let names: Vec<&str> = sonars.iter().map(|sonar| sonar.name.as_str()).collect();
+    let common = common_start(&names);
+    let named = sonars.iter().zip(style::wheel(sonars.len()));
+    let named = named.map(|(sonar, color)| {
+        let mount = sonar.robot_from_sensor;
+        let at = mount.position() + unit(mount.yaw) * (1.4 * radius);
+        let name = sonar.name.get(common..).unwrap_or_default().to_owned();
+        Dot {
+            color: Some(color),
+            ..Dot::named(PlaneOrigin::default().xy(at), name)
+        }
+    });
+    named.collect()
+}
+
+/// How many bytes all of several names begin with, up to a sign that parts words.
+fn common_start(names: &[&str]) -> usize {
+    let [first, others @ ..] = names else {
+        return 0;
+    };
+    if others.is_empty() {
+        return 0;
+    }
+    let parts = first.char_indices().filter(|(_, c)| !c.is_alphanumeric());
+    let ends = parts.map(|(at, c)| at + c.len_utf8());
+    let is_common = |end: &usize| {
+        let start = first.get(..*end).unwrap_or_default();
+        others.iter().all(|other| other.starts_with(start))
+    };
+    ends.take_while(is_common).last().unwrap_or(0)
+}
+
 /// How the robot looks; with its outline, unless that comes and goes.
 pub fn put_styles(comes_and_goes: bool, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     let strips = outline(&canvas.sonars);
@@ -107,5 +146,17 @@ pub fn put_styles(comes_and_goes: bool, canvas: &mut Canvas<'_>) -> Result<(), E
         look.with_strips(strips)
     };
     canvas.put_on(Entity::Outline, &look)?;
+    let names = names(&canvas.sonars);
+    let dots = Points2D::update_fields();
+    let dots = if comes_and_goes {
+        dots
+    } else {
+        dots.with_positions(names.iter().map(|name| name.at))
+            .with_colors(names.iter().filter_map(|name| name.color))
+            .with_labels(names.iter().map(|name| name.name.as_str()))
+    };
+    if let Some(look) = Entity::SonarNames.look() {
+        canvas.put_on(Entity::SonarNames, &look.of_dots(dots))?;
+    }
     canvas.put_look(Entity::Trajectory)
 }

@@ -2,6 +2,7 @@
 
 use rerun::{AnnotationContext, ClassDescription, Color, Rgba32};
 
+use crate::core::event::{Sonar, SonarId};
 use crate::core::tmam::label::Label::{self, Unidentified};
 use crate::core::tmam::label::Reason::{
     Ambiguous, Gap, Missing, Neither, NoPoints, Oblique, Turning, Wide,
@@ -35,6 +36,16 @@ pub const CORNER: Color = rgb(0xff, 0xe0, 0x8a);
 pub const TENTATIVE: Color = rgb(0x7d, 0x83, 0x90);
 /// Arcs whose label is contradicted.
 pub const SUSPECT: Color = rgb(0xb8, 0xff, 0x3a);
+/// The same where all of them are shown.
+pub const FAINT_SUSPECT: Color = rgb(0x3e, 0x54, 0x1e);
+/// What the map has where a label says otherwise.
+pub const CONTRADICTING: Color = rgb(0xe4, 0xff, 0xb0);
+/// The ids of map features.
+pub const IDS: Color = rgb(0xb4, 0xba, 0xc6);
+/// The metric grid, its axes, and the numbers on it.
+pub const GRID: Color = rgb(0x1a, 0x1e, 0x25);
+pub const AXES: Color = rgb(0x36, 0x3d, 0x48);
+pub const GRID_NUMBERS: Color = rgb(0x6c, 0x74, 0x82);
 /// Three standard deviations of a map feature.
 pub const COVARIANCE: Color = rgb(0x66, 0x48, 0x8e);
 /// The same as a line in a plot, which is thin.
@@ -59,40 +70,68 @@ pub const fn rgb(r: u8, g: u8, b: u8) -> Color {
     Color(Rgba32::from_rgb(r, g, b))
 }
 
+/// The class of the first sonar's echoes; the others follow.
+pub const FIRST_SONAR: u16 = 1000;
+
 /// How a label is shown.
 #[derive(Debug, Clone, Copy)]
 pub struct LabelLook {
     pub label: Label,
     /// The number that stands for it in `class_ids`; 10 and up are the reasons.
     class: u16,
-    /// What a lane says in little room.
-    pub short: &'static str,
+    /// What a lane says.
+    pub word: &'static str,
     /// Its colour on a lane: dark where there was no triple, lighter where its readings did not decide,
     /// brown where they contradict both.
     pub shade: Color,
 }
 
-const fn look(label: Label, class: u16, short: &'static str, shade: Color) -> LabelLook {
+const fn look(label: Label, class: u16, word: &'static str, shade: Color) -> LabelLook {
     LabelLook {
         label,
         class,
-        short,
+        word,
         shade,
     }
 }
 
 /// Every label an arc can have.
 pub const LABELS: [LabelLook; 10] = [
-    look(Label::Contact, 1, "contact", CONTACT),
-    look(Label::Intersection, 2, "intersection", INTERSECTION),
-    look(Unidentified(Missing), 10, "m", rgb(0x2e, 0x31, 0x38)),
-    look(Unidentified(Gap), 11, "g", rgb(0x3d, 0x37, 0x48)),
-    look(Unidentified(Turning), 12, "t", rgb(0x2c, 0x44, 0x46)),
-    look(Unidentified(NoPoints), 13, "p", rgb(0x4e, 0x52, 0x5a)),
-    look(Unidentified(Wide), 14, "w", rgb(0x66, 0x6b, 0x75)),
-    look(Unidentified(Ambiguous), 15, "a", rgb(0x80, 0x86, 0x93)),
-    look(Unidentified(Neither), 16, "n", rgb(0x7a, 0x57, 0x4a)),
-    look(Unidentified(Oblique), 17, "o", rgb(0x8a, 0x7a, 0x3c)),
+    look(Label::Contact, 1, "wall", CONTACT),
+    look(Label::Intersection, 2, "corner", INTERSECTION),
+    look(
+        Unidentified(Missing),
+        10,
+        "no neighbour",
+        rgb(0x2e, 0x31, 0x38),
+    ),
+    look(Unidentified(Gap), 11, "gap", rgb(0x3d, 0x37, 0x48)),
+    look(Unidentified(Turning), 12, "turning", rgb(0x2c, 0x44, 0x46)),
+    look(
+        Unidentified(NoPoints),
+        13,
+        "no points",
+        rgb(0x4e, 0x52, 0x5a),
+    ),
+    look(Unidentified(Wide), 14, "wide", rgb(0x66, 0x6b, 0x75)),
+    look(
+        Unidentified(Ambiguous),
+        15,
+        "both fit",
+        rgb(0x80, 0x86, 0x93),
+    ),
+    look(
+        Unidentified(Neither),
+        16,
+        "neither fits",
+        rgb(0x7a, 0x57, 0x4a),
+    ),
+    look(
+        Unidentified(Oblique),
+        17,
+        "rough wall",
+        rgb(0x8a, 0x7a, 0x3c),
+    ),
 ];
 
 /// The number that stands for a label.
@@ -119,11 +158,27 @@ pub fn name(label: Label) -> String {
 }
 
 /// Name and colour of every class.
-pub fn annotations() -> AnnotationContext {
-    AnnotationContext::new(LABELS.map(|LabelLook { label, class, .. }| {
-        let name = name(label);
-        ClassDescription::from((class, name.as_str(), color(label).0))
-    }))
+pub fn annotations(sonars: &[Sonar]) -> AnnotationContext {
+    let labels = LABELS.iter().map(|LabelLook { label, class, .. }| {
+        ClassDescription::from((*class, name(*label).as_str(), color(*label).0))
+    });
+    let sonars = (FIRST_SONAR..).zip(sonars).zip(wheel(sonars.len()));
+    let sonars = sonars.map(|((class, sonar), color)| {
+        ClassDescription::from((class, sonar.name.as_str(), faint(color).0))
+    });
+    AnnotationContext::new(labels.chain(sonars))
+}
+
+/// The class of a sonar's echoes.
+pub fn class_of(sonar: SonarId) -> u16 {
+    FIRST_SONAR.saturating_add(sonar.0)
+}
+
+/// A colour at half its light.
+fn faint(color: Color) -> Color {
+    let [r, g, b, _] = color.0.to_array();
+    let [r, g, b] = [r, g, b].map(|light| (u16::from(light) / 2) as u8);
+    rgb(r, g, b)
 }
 
 /// Colours for `count` sonars, once around the colour wheel: neighbours in the ring look alike,
@@ -155,14 +210,14 @@ mod tests {
     }
 
     #[test]
-    fn every_reason_has_its_own_letter_and_shade() {
-        let mut letters = LABELS.map(|look| look.short).to_vec();
-        letters.sort_unstable();
-        letters.dedup();
+    fn every_reason_has_its_own_word_and_shade() {
+        let mut words = LABELS.map(|look| look.word).to_vec();
+        words.sort_unstable();
+        words.dedup();
         let mut shades = LABELS.map(|look| look.shade.0.to_u32()).to_vec();
         shades.sort_unstable();
         shades.dedup();
-        assert_eq!((letters.len(), shades.len()), (LABELS.len(), LABELS.len()));
+        assert_eq!((words.len(), shades.len()), (LABELS.len(), LABELS.len()));
     }
 
     #[test]

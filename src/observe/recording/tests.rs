@@ -19,18 +19,19 @@ use crate::core::geometry::Vec2;
 use crate::core::observer::{Setting, Source};
 use crate::core::tmam::Tmam;
 use crate::core::tmam::report::ArcReport;
-use crate::core::tmam::triple::TripleTest;
 
-/// theta of every arc that has one, by frame and sonar.
-fn angles(chunks: &[Chunk]) -> BTreeMap<(i64, usize), f64> {
+/// The number of every frame that has one.
+fn numbers(chunks: &[Chunk]) -> BTreeMap<i64, f64> {
     let component = Scalars::descriptor_scalars().component;
     let mut found = BTreeMap::new();
     for chunk in chunks.iter().filter(|chunk| !chunk.is_static()) {
         let frames = chunk.iter_component_indices("frame".into(), component);
         for ((frame, _), row) in frames.zip(chunk.iter_slices::<f64>(component)) {
-            for (sonar, angle) in row.iter().enumerate().filter(|(_, angle)| !angle.is_nan()) {
-                assert!(found.insert((frame.as_i64(), sonar), *angle).is_none());
-            }
+            let [number] = row else {
+                panic!("{row:?}");
+            };
+            assert!(!number.is_nan(), "what is absent has no row");
+            assert!(found.insert(frame.as_i64(), *number).is_none());
         }
     }
     found
@@ -52,24 +53,21 @@ fn labels(chunks: &[Chunk]) -> BTreeMap<i64, Option<String>> {
 
 fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all: &[ArcReport]) {
     let chunks = chunks(bytes, StoreKind::Recording);
-    for (path, pick) in [
-        (
-            "/angles/theta_c",
-            (|t| t.angles.theta_c) as fn(&TripleTest) -> f64,
-        ),
-        ("/angles/theta_i", |t| t.angles.theta_i),
-    ] {
-        let expected: BTreeMap<(i64, usize), f64> = all
-            .iter()
-            .filter_map(|r| Some((r.arc.id, pick(&r.triple?))))
-            .map(|(arc, angle)| {
-                let rounded = (angle * 1e9).round() / 1e9;
-                ((i64::from(arc.frame), arc.sonar.index()), rounded)
-            })
-            .collect();
-        assert!(!expected.is_empty());
-        assert_eq!(angles(&chunks[path]), expected, "{path}");
+    let mut plotted = 0;
+    for plot in plots::deciding(&Config::default(), 0.5) {
+        for (sonar, id) in sonars.iter().zip(0..) {
+            let of_sonar = all.iter().filter(|r| r.arc.id.sonar == SonarId(id));
+            let expected: BTreeMap<i64, f64> = of_sonar
+                .filter_map(|r| Some((r.arc.id.frame.into(), plot.value(r)?)))
+                .map(|(frame, value)| (frame, (value * 1e9).round() / 1e9))
+                .collect();
+            let path = format!("{}/{}", (plot.dots)(SonarId(id)).path(), sonar.name);
+            let found = chunks.get(&path).map(|chunks| numbers(chunks));
+            plotted += expected.len();
+            assert_eq!(found.unwrap_or_default(), expected, "{path}");
+        }
     }
+    assert!(plotted > 0);
     for (sonar, id) in sonars.iter().zip(0..) {
         let mut expected: BTreeMap<i64, Option<String>> = frames
             .iter()
@@ -77,7 +75,7 @@ fn assert_read_back_equals(bytes: &[u8], sonars: &[Sonar], frames: &[Frame], all
             .map(|frame| (i64::from(frame.index), None))
             .collect();
         for report in all.iter().filter(|r| r.arc.id.sonar == SonarId(id)) {
-            let name = style::name(report.label);
+            let name = reports::on_lane(report);
             expected.insert(i64::from(report.arc.id.frame), Some(name));
         }
         let path = format!("/labels/{}", sonar.name);
@@ -134,8 +132,9 @@ fn every_arc_of_a_run_is_drawn_where_it_closes() {
     let drawn = drawn.flat_map(|chunk| chunk.components().get(strips));
     let drawn: usize = drawn.map(|column| column.list_array.values().len()).sum();
     let mut tmam = Tmam::new(&Config::default());
-    let mut steps: Vec<Step> = frames.iter().map(|frame| tmam.step(frame)).collect();
-    steps.push(tmam.finish());
+    let steps: Vec<Step> = frames.iter().map(|frame| tmam.step(frame)).collect();
+    // What closes because the log ends is not drawn.
+    tmam.finish();
     let runs = steps.iter().flat_map(|step| &step.extractions);
     assert_eq!(drawn, runs.map(|run| run.associated.len()).sum::<usize>());
 }
@@ -182,13 +181,13 @@ fn stamps_that_cannot_be_dates_are_durations() {
 }
 
 #[test]
-fn only_the_two_timelines_of_the_replay_are_there() {
+fn only_the_three_timelines_of_the_replay_are_there() {
     let sonars = ring(4);
     let (bytes, _) = record(&sonars, &drive(&sonars, 20, None));
     for chunk in chunks(&bytes, StoreKind::Recording).values().flatten() {
         let mut names: Vec<&str> = chunk.timelines().keys().map(|name| name.as_str()).collect();
         names.sort_unstable();
-        assert!(names.is_empty() || names == ["frame", "stamp"]);
+        assert!(names.is_empty() || names == ["frame", "seconds", "stamp"]);
     }
 }
 
@@ -208,9 +207,11 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
             sonars: &[],
             config,
             source: &source,
+            events_sha256: "e3b0c442",
+            origin_ns: 5,
             start: Vec2::zeros(),
         };
-        store_ids(&setting, "")
+        identity(&setting, &Overlay::default()).0
     };
     let mut other = Config::default();
     other.triple.gamma = 0.1;
@@ -221,4 +222,30 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
         "tmam-a-long-name--with--signs-"
     );
     assert_ne!(one.recording_id(), two.recording_id());
+}
+
+#[test]
+fn two_configurations_and_two_logs_share_no_chunk() {
+    let sonars = ring(4);
+    let frames = drive(&sonars, 30, None);
+    let ids = |config: &Config, events: &str| {
+        let bytes = run::record_as(config, events, &sonars, &frames);
+        let chunks = chunks(&bytes, StoreKind::Recording);
+        let ids = chunks
+            .values()
+            .flatten()
+            .map(|chunk| chunk.id().to_string());
+        ids.collect::<BTreeSet<String>>()
+    };
+    let mut other = Config::default();
+    other.triple.gamma = 0.1;
+    let all = [
+        ids(&Config::default(), "e3b0c442"),
+        ids(&other, "e3b0c442"),
+        ids(&Config::default(), "98fc1c14"),
+    ];
+    let count: usize = all.iter().map(BTreeSet::len).sum();
+    let distinct: BTreeSet<&String> = all.iter().flatten().collect();
+    assert_eq!(distinct.len(), count);
+    assert_eq!(all[0], ids(&Config::default(), "e3b0c442"));
 }

@@ -65,7 +65,7 @@ impl Job {
         }
         let results = results(&replay.setting(), &outcome);
         let mut found = compare(&golden.results, &results, &golden.tolerances);
-        let info = LogInfo::of(&log);
+        let info = LogInfo::of(&replay.setting());
         if blessed.events_sha256 != info.events_sha256 {
             let difference = Difference::Log {
                 golden: blessed.events_sha256.clone(),
@@ -186,7 +186,7 @@ impl Job {
                 log.file
             )));
         }
-        let info = LogInfo::of(&log);
+        let info = LogInfo::of(&replay.setting());
         Ok(Golden::new(Some(info), Some(config), tolerances, results))
     }
 
@@ -322,16 +322,16 @@ impl Artifacts {
         found: &Comparison,
     ) -> Result<(PathBuf, Option<PathBuf>), CheckError> {
         let written = self.write_golden(log, new)?;
-        let (Some(info), true) = (&new.log, viewer::IS_BUILT_IN) else {
+        if !viewer::IS_BUILT_IN {
             return Ok((written, None));
-        };
+        }
         let [_, path] = artifacts_of(log, &self.directory);
         let mut out = Output::create(&path)?;
         let setting = replay.setting();
         let over = overlay(golden, &new.results, found, self.around);
         let mut recording = Recording::new(Some(&mut out), None, setting, over)?;
         kept.show(&mut recording).map_err(ReplayError::from)?;
-        let carried = carried(&setting, outcome, info)?;
+        let carried = carried(&setting, outcome)?;
         recording.close(Some(&carried))?;
         out.commit()?;
         Ok((written, Some(path)))

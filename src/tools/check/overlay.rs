@@ -32,7 +32,7 @@ pub fn overlay(
         now: found.elsewhere().filter_map(now).collect(),
         labels: labels(found),
         notes: notes(actual, found),
-        first_frame: found.first_frame().or(Some(0)),
+        first_frame: found.first_frame(),
         about: about(golden, found, around, only.is_some()),
         only,
         truth: None,

@@ -72,12 +72,7 @@ pub fn list(
         .clone()
         .filter(|report| report.is_suspect())
         .collect();
-    // Those that the map contradicts come first, and among them those that fit their label worst.
-    let key = |report: &ArcReport| (report.doubt(), chi2_of_label(report).unwrap_or_default());
-    suspects.sort_by(|a, b| {
-        let (a, b) = (key(a), key(b));
-        b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1))
-    });
+    suspects.sort_by(|a, b| a.worse_first(b));
     let row = |report: &ArcReport| {
         let (sensor, arc, doubt) = (name(report)?, &report.arc, report.doubt());
         Some(Suspect {
@@ -98,13 +93,6 @@ pub fn list(
         worst: suspects.into_iter().take(most).filter_map(row).collect(),
     };
     Ok((outcome, list))
-}
-
-/// chi2 of the model that the label stands for.
-fn chi2_of_label(report: &ArcReport) -> Option<f64> {
-    let kind = report.label.kind()?;
-    let triple = report.triple.as_ref().map(|triple| &triple.test);
-    Some(report.window().or(triple)?.chi2_of(kind))
 }
 
 /// The worst suspects of a replay. `log` is how the log was named on the command line.

@@ -11,8 +11,8 @@ use Weight::{Notable, Serious};
 /// From this share of readings without a pose on, a part of the map is missing.
 const MANY_WITHOUT_POSE: f64 = 0.2;
 
-pub fn check(facts: &Facts, odometry: &OdometryFacts) -> Option<Finding> {
-    let bound = facts.replay.config.frames.max_odometry_gap;
+pub fn check(_: &Facts, odometry: &OdometryFacts) -> Option<Finding> {
+    let bound = odometry.gap_bound;
     let lost = odometry.readings - odometry.readings_with_pose;
     let share = fraction(lost, odometry.readings);
     let outside = odometry.readings_before + odometry.readings_after;
@@ -55,7 +55,7 @@ pub fn gaps(facts: &Facts, odometry: &OdometryFacts) -> Option<Finding> {
         format!(
             "the odometry has {} wider than {} s; the longest is {:.1} s, at {} s",
             counted(odometry.gaps, "gap"),
-            facts.replay.config.frames.max_odometry_gap,
+            odometry.gap_bound,
             gap.seconds,
             seconds_between(facts.source.start_ns, gap.stamp_ns, 1)
         ),

@@ -3,17 +3,14 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use super::results::{
     Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, RangeSigma, Results, micro,
     sigma_of,
 };
-use crate::core::event::{Events, Sonar, SonarId, name_of};
-use crate::core::log::Log;
+use crate::core::event::{Sonar, SonarId, name_of};
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
-use crate::core::rounding::rounded;
 use crate::core::tmam::feature::{MapFeature, Shape};
 use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
@@ -159,56 +156,15 @@ fn shaped(shape: &Shape) -> Feature {
 pub struct LogInfo {
     /// Its file name.
     pub file: String,
-    /// The [`digest`] of its events.
+    /// The digest of its events.
     pub events_sha256: String,
 }
 
 impl LogInfo {
-    pub fn of(log: &Log) -> Self {
+    pub fn of(setting: &Setting<'_>) -> Self {
         Self {
-            file: log.file.clone(),
-            events_sha256: digest(&log.events),
+            file: setting.source.file.clone(),
+            events_sha256: setting.events_sha256.to_owned(),
         }
     }
-}
-
-/// SHA-256 over what was read from a log: sonars and their mounts, readings, odometry, in stamp order.
-///
-/// Of the events, not of the file: a log that was compressed otherwise, cut into other chunks or
-/// written in another order holds the same drive. Numbers count to 1e-9.
-pub fn digest(events: &Events) -> String {
-    let mut hash = Sha256::new();
-    let numbers = |hash: &mut Sha256, numbers: &[f64]| {
-        for number in numbers {
-            let number = if number.is_nan() {
-                f64::NAN
-            } else {
-                rounded(*number)
-            };
-            hash.update(number.to_bits().to_le_bytes());
-        }
-    };
-    hash.update((events.sonars.len() as u64).to_le_bytes());
-    for sonar in &events.sonars {
-        hash.update((sonar.name.len() as u64).to_le_bytes());
-        hash.update(sonar.name.as_bytes());
-        let mount = sonar.robot_from_sensor;
-        numbers(&mut hash, &[mount.x, mount.y, mount.yaw]);
-    }
-    hash.update((events.readings.len() as u64).to_le_bytes());
-    for r in &events.readings {
-        hash.update(r.stamp_ns.to_le_bytes());
-        hash.update(r.sonar.0.to_le_bytes());
-        numbers(
-            &mut hash,
-            &[r.range, r.min_range, r.max_range, r.beam_width, r.variance],
-        );
-    }
-    hash.update((events.odometry.len() as u64).to_le_bytes());
-    for sample in &events.odometry {
-        hash.update(sample.stamp_ns.to_le_bytes());
-        let pose = sample.world_from_robot;
-        numbers(&mut hash, &[pose.x, pose.y, pose.yaw]);
-    }
-    format!("{:x}", hash.finalize())
 }

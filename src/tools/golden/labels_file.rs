@@ -124,11 +124,11 @@ impl LabelsFile {
 ///
 /// # Errors
 /// When they cannot be formed.
-pub fn carried(setting: &Setting<'_>, outcome: &Outcome, log: &LogInfo) -> io::Result<Carried> {
+pub fn carried(setting: &Setting<'_>, outcome: &Outcome) -> io::Result<Carried> {
     let mut features = Vec::new();
     features::write(&mut features, setting, outcome)?;
     let labels = LabelsFile {
-        log: log.clone(),
+        log: LogInfo::of(setting),
         noise: RangeSigma::of(outcome.variance_from, setting.config),
         labels: labels(setting.sonars, outcome),
     };

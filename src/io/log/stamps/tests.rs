@@ -81,11 +81,11 @@ fn what_gaps_of_the_odometry_cost() {
     let bounds = Frames::default();
     let every = |step: i64| (0..=10 * S / step).map(move |k| sample(k * step));
     let covered: Vec<_> = every(S / 10).collect();
-    assert_eq!(uncovered(&readings, &covered, &bounds), None);
+    assert_eq!(uncovered(&readings, &covered, &bounds, 0.0), None);
     let holed: Vec<_> = every(S / 10)
         .filter(|s| (S..=3 * S).contains(&s.stamp_ns) || s.stamp_ns >= 5 * S)
         .collect();
-    let text = uncovered(&readings, &holed, &bounds).unwrap();
+    let text = uncovered(&readings, &holed, &bounds, 0.0).unwrap();
     assert!(text.starts_with("29 of 100 readings"), "{text}");
     assert!(text.contains("10 before the first"), "{text}");
     assert!(

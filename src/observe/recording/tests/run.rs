@@ -136,6 +136,28 @@ fn record_all(
     frames: &[Frame],
 ) -> (Vec<u8>, Vec<ArcReport>) {
     let config = Config::default();
+    let identified = (&config, "e3b0c442");
+    record_identified(identified, overlay, closures, sonars, frames)
+}
+
+/// The same under a configuration, of a log whose events have such a digest.
+pub fn record_as(
+    config: &Config,
+    events_sha256: &str,
+    sonars: &[Sonar],
+    frames: &[Frame],
+) -> Vec<u8> {
+    let identified = (config, events_sha256);
+    record_identified(identified, Overlay::default(), &[], sonars, frames).0
+}
+
+fn record_identified(
+    (config, events_sha256): (&Config, &str),
+    overlay: Overlay,
+    closures: &[Closure],
+    sonars: &[Sonar],
+    frames: &[Frame],
+) -> (Vec<u8>, Vec<ArcReport>) {
     let source = Source {
         file: "room.mcap".to_owned(),
         messages: 12,
@@ -147,11 +169,13 @@ fn record_all(
     };
     let setting = Setting {
         sonars,
-        config: &config,
+        config,
         source: &source,
+        events_sha256,
+        origin_ns: source.start_ns,
         start: Vec2::zeros(),
     };
-    let mut tmam = Tmam::new(&config);
+    let mut tmam = Tmam::new(config);
     let mut bytes = Vec::new();
     let mut recording = Recording::new(Some(&mut bytes), None, setting, overlay).unwrap();
     for frame in frames {

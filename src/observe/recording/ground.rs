@@ -1,0 +1,89 @@
+//! What the map lies on: a metric grid with its numbers, and the axes of the odometry frame.
+
+use rerun::{LineStrips2D, Points2D};
+
+use super::canvas::Canvas;
+use super::entity::{Look, Paint};
+use super::plane::Bounds;
+use super::style;
+use crate::core::geometry::Vec2;
+use crate::core::rounding::fixed;
+use crate::observe::viewer::Error;
+
+/// Lines along the longer side, at most.
+const MOST_LINES: f64 = 12.0;
+
+/// Lays the grid under this part of the world.
+pub fn put(bounds: &Bounds, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    let Bounds { min, max } = *bounds;
+    let origin = canvas.origin;
+    let step = spacing((max - min).amax());
+    let xs = multiples(min.x, max.x, step);
+    let ys = multiples(min.y, max.y, step);
+    let upright = |x: f64| [Vec2::new(x, min.y), Vec2::new(x, max.y)];
+    let level = |y: f64| [Vec2::new(min.x, y), Vec2::new(max.x, y)];
+    let is_axis = |at: &&f64| **at == 0.0;
+    for (path, axes, color) in [
+        ("/world/grid/lines", false, style::GRID),
+        ("/world/grid/axes", true, style::AXES),
+    ] {
+        let uprights = xs.iter().filter(|x| is_axis(x) == axes);
+        let levels = ys.iter().filter(|y| is_axis(y) == axes);
+        let lines = (uprights.map(|x| upright(*x))).chain(levels.map(|y| level(*y)));
+        let lines = lines.map(|line| line.map(|end| origin.xy(end)));
+        let look = Look::strips(0.5, Paint::All(color), 0.1);
+        canvas.put(path, &look.of_strips(LineStrips2D::new(lines)))?;
+    }
+    let decimals = if step < 1.0 { 1 } else { 0 };
+    let number = |at: &f64| fixed(*at, decimals);
+    let inside = min + (max - min) * 0.03;
+    let below = xs
+        .iter()
+        .map(|x| (Vec2::new(*x, inside.y), format!("x {} m", number(x))));
+    let left = ys
+        .iter()
+        .map(|y| (Vec2::new(inside.x, *y), format!("y {} m", number(y))));
+    let (places, names): (Vec<_>, Vec<_>) = below.chain(left).unzip();
+    let places = places.into_iter().map(|place| origin.xy(place));
+    let look = Look::dots(0.5, Paint::All(style::GRID_NUMBERS), 0.1).shown(true);
+    let numbers = Points2D::new(places).with_labels(names);
+    canvas.put("/world/grid/numbers", &look.of_dots(numbers))
+}
+
+/// Between lines, metres: one, two or five times a power of ten, with which few enough lines cross the side.
+fn spacing(side: f64) -> f64 {
+    let decades = std::iter::successors(Some(0.1), |decade| Some(decade * 10.0)).take(14);
+    let mut steps = decades.flat_map(|decade| [decade, 2.0 * decade, 5.0 * decade]);
+    let fits = steps.find(|step| side / step <= MOST_LINES);
+    fits.unwrap_or(f64::INFINITY)
+}
+
+fn multiples(min: f64, max: f64, step: f64) -> Vec<f64> {
+    let (first, last) = ((min / step).ceil(), (max / step).floor());
+    let count = (last - first).clamp(0.0, 2.0 * MOST_LINES) as u32;
+    (0..=count).map(|i| (first + f64::from(i)) * step).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_lie_at_round_numbers_and_are_few() {
+        for (side, step) in [
+            (0.9, 0.1),
+            (8.8, 1.0),
+            (13.0, 2.0),
+            (95.0, 10.0),
+            (480.0, 50.0),
+        ] {
+            assert!(
+                (spacing(side) - step).abs() < 1e-9,
+                "{side}: {}",
+                spacing(side)
+            );
+        }
+        assert_eq!(multiples(-0.4, 2.3, 1.0), [0.0, 1.0, 2.0]);
+        assert!(multiples(-1e12, 1e12, spacing(2e12)).len() <= 13);
+    }
+}

@@ -1,0 +1,188 @@
+//! Labels that are contradicted: all of them faintly in the map at all times, bright in their frame with what
+//! the map has there instead, as a table with the worst first, and as warnings in the event log.
+
+use std::fmt::Write as _;
+
+use rerun::components::TextLogLevel;
+use rerun::{LineStrips2D, TextDocument};
+
+use super::canvas::{Canvas, LogLine, Moment, Shown, Strip};
+use super::entity::Entity;
+use super::reports::Reports;
+use super::style;
+use crate::core::event::name_of;
+use crate::core::geometry::{Vec2, unit};
+use crate::core::observer::Setting;
+use crate::core::tmam::arc::ArcId;
+use crate::core::tmam::feature::{MapFeature, Shape};
+use crate::core::tmam::hypothesis::HypothesisTest;
+use crate::core::tmam::label::Kind;
+use crate::core::tmam::report::ArcReport;
+use crate::core::wording::counted;
+use crate::observe::viewer::Error;
+
+/// More rows than this are counted, not listed.
+const MOST_ROWS: usize = 200;
+
+/// What is known of the suspects.
+#[derive(Default)]
+pub struct Suspects {
+    /// How many there are.
+    pub count: usize,
+    /// The frame of the worst one that is drawn.
+    pub worst: Option<u32>,
+}
+
+impl Suspects {
+    /// Draws them; `predicting` are the features that the map's predictions name.
+    pub fn draw(
+        reports: &Reports,
+        all: &[ArcReport],
+        predicting: &[MapFeature],
+        canvas: &mut Canvas<'_>,
+    ) -> Result<Self, Error> {
+        let mut drawn: Vec<(Moment, &ArcReport)> = Vec::new();
+        let mut shown = false;
+        for (at, reports) in reports.with(all) {
+            let suspects: Vec<&ArcReport> = reports.iter().filter(|r| r.is_suspect()).collect();
+            if !suspects.is_empty() || shown {
+                let strips = suspects.iter().map(|report| {
+                    let sonar = canvas.sonar(report.arc.id.sonar);
+                    let label = report.label.kind().map_or("", word);
+                    let name = format!("{sonar}: {label}?");
+                    Strip::named(canvas.origin.sweep(&report.arc), name)
+                });
+                let strips = Shown::Strips(strips.collect());
+                canvas.row(Entity::Suspects, at, strips)?;
+                let against = suspects.iter().filter_map(|report| {
+                    let id = report.map?.feature?;
+                    let feature = predicting.iter().find(|feature| feature.id == id)?;
+                    Some(ghost(feature, canvas))
+                });
+                let against = Shown::Strips(against.collect());
+                canvas.row(Entity::Contradicting, at, against)?;
+            }
+            shown = !suspects.is_empty();
+            for report in &suspects {
+                let ArcId { frame, sonar } = report.arc.id;
+                let sonar = canvas.sonar(sonar);
+                let message = LogLine {
+                    text: format!("suspect: {sonar}, frame {frame}: {}", in_words(report)),
+                    level: TextLogLevel::WARN,
+                    color: style::SUSPECT,
+                };
+                canvas.row(Entity::SuspectLog, at, Shown::Messages(vec![message]))?;
+            }
+            drawn.extend(suspects.into_iter().map(|suspect| (at, suspect)));
+        }
+        canvas.flush()?;
+        drawn.sort_by(|(_, a), (_, b)| a.worse_first(b));
+        let arcs = drawn
+            .iter()
+            .map(|(_, report)| canvas.origin.sweep(&report.arc));
+        let names = drawn.iter().map(|(_, report)| {
+            let ArcId { frame, sonar } = report.arc.id;
+            format!(
+                "{}, frame {frame}: {}",
+                canvas.sonar(sonar),
+                in_words(report)
+            )
+        });
+        let strips = LineStrips2D::update_fields()
+            .with_strips(arcs)
+            .with_labels(names);
+        if let Some(look) = Entity::AllSuspects.look().filter(|_| !drawn.is_empty()) {
+            canvas.put_on(Entity::AllSuspects, &look.of_strips(strips))?;
+        }
+        Ok(Self {
+            count: all.iter().filter(|report| report.is_suspect()).count(),
+            worst: drawn.first().map(|(_, report)| report.arc.id.frame),
+        })
+    }
+}
+
+/// A feature of the map as a line, under the name of its kind.
+fn ghost(feature: &MapFeature, canvas: &Canvas<'_>) -> Strip {
+    /// Of the square round a point, metres.
+    const RADIUS: f64 = 0.12;
+    let places: Vec<Vec2> = match &feature.shape {
+        Shape::Line(line) => line.ends().to_vec(),
+        Shape::Point(point) => (0..=4)
+            .map(|quarter| unit(std::f64::consts::FRAC_PI_2 * f64::from(quarter % 4)))
+            .map(|corner| point.position + corner * RADIUS)
+            .collect(),
+    };
+    let name = format!("the map: {}", word(feature.shape.kind()));
+    let places = places.into_iter().map(|place| canvas.origin.xy(place));
+    Strip::named(places.collect(), name)
+}
+
+/// What a label takes an arc for.
+pub fn word(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Line => "wall",
+        Kind::Point => "corner",
+    }
+}
+
+/// The label and what contradicts it.
+pub fn in_words(report: &ArcReport) -> String {
+    let label = report.label.kind().map_or("nothing", word);
+    format!("taken for a {label}, but {}", against(report))
+}
+
+/// What contradicts the label.
+fn against(report: &ArcReport) -> String {
+    if let Some(kind) = report.map.and_then(|map| map.support.kind()) {
+        return format!("the map has a {} there", word(kind));
+    }
+    let mut tests = report.tests().map(|(_, test)| test);
+    let against = tests.find(|test| test.contradicts(report.label));
+    against.map_or_else(String::new, says)
+}
+
+fn says(test: &HypothesisTest) -> String {
+    let says = match test.support.kind() {
+        Some(kind) => format!("only a {} explains", word(kind)),
+        None => "neither wall nor corner explains".to_owned(),
+    };
+    format!("{says} {} readings there", test.readings)
+}
+
+/// The table of the suspects.
+pub fn page(all: &[ArcReport], setting: &Setting<'_>) -> TextDocument {
+    let labels = all
+        .iter()
+        .filter(|report| report.label.kind().is_some())
+        .count();
+    let mut suspects: Vec<&ArcReport> = all.iter().filter(|report| report.is_suspect()).collect();
+    suspects.sort_by(|a, b| a.worse_first(b));
+    let mut text = format!(
+        "**{} of {} are suspect**: the map of all readings, or the readings beside them, say otherwise. \
+         Worst first.\n\n\
+         | frame | time s | sonar | taken for a | but |\n|---:|---:|---|---|---|\n",
+        suspects.len(),
+        counted(labels as u64, "label"),
+    );
+    for report in suspects.iter().take(MOST_ROWS) {
+        let ArcId { frame, sonar } = report.arc.id;
+        let seconds = report.arc.stamp_ns.saturating_sub(setting.origin_ns) as f64 * 1e-9;
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {frame} | {seconds:.2} | {} | {} | {} |",
+            name_of(setting.sonars, sonar),
+            report.label.kind().map_or("", word),
+            against(report),
+        );
+    }
+    if suspects.len() > MOST_ROWS {
+        let _ = writeln!(text, "\n... and {} more.", suspects.len() - MOST_ROWS);
+    }
+    let _ = write!(
+        text,
+        "\nThe whole story of one: `tmam explain {} --sensor SONAR --frame FRAME`\n",
+        setting.source.file
+    );
+    TextDocument::from_markdown(text)
+}
