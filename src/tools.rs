@@ -4,6 +4,7 @@ pub mod diff;
 mod document;
 pub mod evaluate;
 pub mod explain;
+pub mod findings;
 pub mod golden;
 pub mod info;
 pub mod simulate;

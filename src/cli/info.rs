@@ -7,6 +7,7 @@ use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::log::survey::survey;
 use crate::io::output::{Output, show};
+use crate::tools::findings::trial::attempted;
 use crate::tools::info::{Info, text};
 
 /// Tell what a log holds, whether it can be replayed, and what it lacks
@@ -38,7 +39,8 @@ pub struct Args {
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
-        let info = Info::new(survey(&self.log, &config)?);
+        let survey = survey(&self.log, &config)?;
+        let info = Info::new(&survey, &|config| attempted(&self.log, config));
         if self.json {
             Output::whole(Path::new("-"), |out| info.write(out))?;
         } else if self.skeleton {

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
-use crate::core::observer::Observer;
+use crate::core::observer::{Observer, Setting};
 use crate::core::replay::Replay;
-use crate::io::log;
+use crate::io::log::survey;
 use crate::io::output::show;
 use crate::io::outputs::Requested;
 use crate::observe::causes;
@@ -20,6 +20,10 @@ use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
 use crate::observe::trace;
 use crate::observe::viewer::{self, DEFAULT_URL};
+use crate::tools::findings::examined::Examined;
+use crate::tools::findings::facts::Facts;
+use crate::tools::findings::trial::attempted;
+use crate::tools::findings::{findings, to_warn_of, warnings};
 use crate::tools::golden::carried;
 
 /// Replay a log: record what was seen and decided, extract features
@@ -92,14 +96,15 @@ pub struct Args {
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
-        let log = log::read(&self.log, &config)?;
+        let survey = survey::as_it_is(&self.log, &config)?;
+        let log = &survey.log;
         if self.strict && !log.losses.is_empty() {
             return Err(Error::Incomplete {
-                file: log.file,
-                losses: log.losses,
+                file: log.file.clone(),
+                losses: log.losses.clone(),
             });
         }
-        let replay = Replay::new(&log, &config)?;
+        let replay = Replay::new(log, &config)?;
         let setting = replay.setting();
         let requested = Requested {
             recording: self.output,
@@ -137,6 +142,22 @@ impl Args {
             }
             outcome
         };
+        let mut facts = Facts::new(&survey, Some(outcome));
+        let found = findings(&Examined {
+            facts: &facts,
+            survey: &survey,
+            attempt: &|config| attempted(&self.log, config),
+        });
+        let outcome = facts.replay.outcome.take().unwrap_or_default();
+        let serious = to_warn_of(&found);
+        let mut source = setting.source.clone();
+        source
+            .notes
+            .extend(serious.iter().map(|finding| finding.line()));
+        let setting = Setting {
+            source: &source,
+            ..setting
+        };
         if let Some(out) = &mut outputs.features {
             features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
         }
@@ -148,13 +169,14 @@ impl Args {
         }
         let written = outputs.commit()?;
 
-        show(&report::problems(&log, &setting, &outcome), true);
+        show(&report::problems(log, &setting, &outcome), true);
+        let named = quoted(&self.log.display().to_string());
+        let named = format!("{named}{}", self.parameters.as_typed());
+        show(&warnings(&serious, &named), true);
         if let Some(lost) = lost {
             show(&format!("warning: {lost}; the file has it all\n"), true);
         }
         if !self.quiet {
-            let log = quoted(&self.log.display().to_string());
-            let named = format!("{log}{}", self.parameters.as_typed());
             let text = report::closing(&setting, &outcome, &named, &written.files);
             show(&text, written.to_stdout);
         }

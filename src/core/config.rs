@@ -73,6 +73,9 @@ pub struct Input {
     pub range_topics: Vec<String>,
     /// Globs over the topics that carry odometry. Empty: the one topic with an odometry type.
     pub odometry_topics: Vec<String>,
+    /// Globs over the topics that carry transforms and robot descriptions. Empty: those of the robot whose
+    /// odometry or ranges are used, by the names of the topics.
+    pub transform_topics: Vec<String>,
     /// Globs over the sonars that enter the frames. Empty: all. The others still open frames, so
     /// that frame numbers are those of the whole run.
     pub sonars: Vec<String>,
@@ -96,6 +99,8 @@ pub struct Input {
     pub trust_unchecked: bool,
     /// Most readings and odometry samples that are held in memory.
     pub max_readings: u64,
+    /// What is taken for the stamps of readings.
+    pub range_stamps: RangeStamps,
     /// How long before its stamp a reading was taken, on the odometry's clock, seconds: it gets the
     /// pose of that instant. Stamps stay as the log has them.
     pub range_delay: f64,
@@ -106,6 +111,17 @@ pub struct Input {
     pub odometry_scale: f64,
     /// What turns of odometry are multiplied with.
     pub odometry_turn_scale: f64,
+}
+
+/// What is taken for the stamps of readings.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RangeStamps {
+    /// The messages' own.
+    #[default]
+    Message,
+    /// When the messages were recorded.
+    Recording,
 }
 
 /// How readings are grouped into frames.
@@ -236,6 +252,17 @@ pub struct NoiseAwareOptions {
     pub join_corners: bool,
 }
 
+/// An axis of a sonar's frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BeamAxis {
+    /// Forward, as of frames of sensors and robots (REP 103).
+    #[default]
+    X,
+    /// Forward in frames of cameras, called optical (REP 103).
+    Z,
+}
+
 /// What holds for every sonar whose messages do not say it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -249,6 +276,14 @@ pub struct SonarDefaults {
     /// What is added to ranges after that, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_offset: Option<f64>,
+    /// Closest distance that is measured, metres; taken before the message's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_range: Option<f64>,
+    /// Where "no echo" begins, metres; taken before the message's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_range: Option<f64>,
+    /// Axis of the sonars' frames along which the beams look, where these frames are the log's.
+    pub beam_axis: BeamAxis,
 }
 
 /// What is known of one sonar.

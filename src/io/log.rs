@@ -6,6 +6,7 @@
 
 mod assemble;
 pub mod channels;
+mod cone;
 pub mod container;
 mod custom;
 mod decoder;
@@ -17,6 +18,7 @@ mod hits;
 mod json;
 pub mod leaps;
 mod message;
+mod namespaces;
 mod odometry;
 mod poses;
 mod protobuf;
@@ -27,9 +29,11 @@ mod ros;
 mod sonars;
 mod stamps;
 pub mod survey;
+pub mod traits;
 mod transforms;
 pub mod truth;
 mod types;
+mod unzipper;
 mod value;
 pub mod writer;
 

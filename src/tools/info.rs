@@ -4,15 +4,8 @@
 //! and what a configuration can mend becomes a line of the [`skeleton`]. It reads events, not
 //! files, and is shown as [`text`] for people or as JSON (`tmam.info/1`, `docs/formats.md`) for machines.
 
-pub mod facts;
-pub mod finding;
-pub mod findings;
-mod obstacles;
-pub mod odometry;
 pub mod skeleton;
-pub mod sonars;
 pub mod text;
-pub mod trial;
 
 use std::io::{self, Write};
 
@@ -20,9 +13,11 @@ use serde::Serialize;
 
 use crate::io::log::survey::Survey;
 use crate::tools::document;
-use facts::Facts;
-use finding::Finding;
-use trial::Replayable;
+use crate::tools::findings::examined::Examined;
+use crate::tools::findings::facts::Facts;
+use crate::tools::findings::finding::Finding;
+use crate::tools::findings::findings;
+use crate::tools::findings::trial::{Attempt, Replayable};
 
 /// Everything that is told of a log.
 #[derive(Debug, Serialize)]
@@ -36,14 +31,17 @@ pub struct Info {
 }
 
 impl Info {
-    /// Tells all of a surveyed log.
-    pub fn new(mut survey: Survey) -> Self {
-        let notes = std::mem::take(&mut survey.log.notes);
-        let obstacles = std::mem::take(&mut survey.obstacles);
-        let facts = Facts::new(survey, &obstacles);
+    /// Tells all of a surveyed log; `attempt` replays it with other keys.
+    pub fn new(survey: &Survey, attempt: &Attempt<'_>) -> Self {
+        let facts = Facts::new(survey, None);
+        let findings = findings(&Examined {
+            facts: &facts,
+            survey,
+            attempt,
+        });
         Self {
-            skeleton: skeleton::skeleton(&facts, &obstacles),
-            findings: findings::findings(&facts, &obstacles, &notes),
+            skeleton: skeleton::skeleton(&facts, &survey.obstacles),
+            findings,
             facts,
         }
     }

@@ -3,6 +3,7 @@
 
 mod hopeless;
 mod skeletons;
+mod sound;
 mod whole;
 
 use std::f64::consts::FRAC_PI_2;

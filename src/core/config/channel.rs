@@ -1,5 +1,7 @@
 //! Messages of types that are not known, described by the paths of their fields.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// What the messages on one topic say and where. Paths are field names joined by dots; `[]` behind
@@ -102,8 +104,8 @@ impl ChannelFields {
         self.range.is_none()
     }
 
-    /// Whether it says what type the messages are of and not which fields to read.
-    pub fn is_type_alone(&self) -> bool {
+    /// Whether it says of what type the messages are or in which unit, and not which fields to read.
+    pub fn is_of_known_type(&self) -> bool {
         let paths = [
             &self.range,
             &self.x,
@@ -112,7 +114,8 @@ impl ChannelFields {
             &self.position,
             &self.orientation,
         ];
-        self.type_name.is_some() && paths.iter().all(|path| path.is_none())
+        let says_something = self.type_name.is_some() || self.metres_per_unit.is_some();
+        says_something && paths.iter().all(|path| path.is_none())
     }
 
     /// What is contradictory or lacks.
@@ -125,16 +128,33 @@ impl ChannelFields {
                 Some("has a range and a pose; a channel carries one or the other")
             }
             Some(_) => None,
-            None if self.is_type_alone() => None,
+            None if self.is_of_known_type() => None,
             None if !has_part && !has_heading => Some(
                 "says neither where the range is (range) nor where a pose is (x, y and yaw, or position \
-                 and orientation), nor what type its messages are of (type)",
+                 and orientation), nor what type its messages are of (type) or their unit (metres_per_unit)",
             ),
             None if !has_position => Some("has a pose without x and y, or position"),
             None if !has_heading => Some("has a pose without yaw or orientation"),
             None => None,
         }
     }
+}
+
+/// What is described of a topic: under its name, or else under the first pattern that fits it.
+pub fn of_topic<'c>(
+    described: &'c BTreeMap<String, ChannelFields>,
+    topic: &str,
+) -> Option<&'c ChannelFields> {
+    let fits = |pattern: &str| {
+        let glob = globset::Glob::new(pattern)
+            .ok()
+            .filter(|_| pattern.contains('*'));
+        glob.is_some_and(|glob| glob.compile_matcher().is_match(topic))
+    };
+    let by_pattern = || described.iter().find(|(pattern, _)| fits(pattern));
+    described
+        .get(topic)
+        .or_else(|| by_pattern().map(|(_, fields)| fields))
 }
 
 impl TimeUnit {

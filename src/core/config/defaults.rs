@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Config, Frames, Input, Map, Noise, NoiseAwareOptions, Poses, Rule, Sequence, SonarDefaults,
-    TestBounds, Triple,
+    Config, Frames, Input, Map, Noise, NoiseAwareOptions, Poses, RangeStamps, Rule, Sequence,
+    SonarDefaults, TestBounds, Triple,
 };
 
 impl Default for Config {
@@ -89,6 +89,7 @@ impl Default for Input {
         Self {
             range_topics: Vec::new(),
             odometry_topics: Vec::new(),
+            transform_topics: Vec::new(),
             sonars: Vec::new(),
             start: None,
             end: None,
@@ -97,6 +98,7 @@ impl Default for Input {
             drop_repeats: false,
             trust_unchecked: false,
             max_readings: 2_000_000,
+            range_stamps: RangeStamps::default(),
             range_delay: 0.0,
             range_clock_rate: 0.0,
             odometry_scale: 1.0,

@@ -58,6 +58,7 @@ pub const KEYS: &[Key] = &[
 
     key("input.range_topics", Plain, Any, "globs; empty: every topic with a range type"),
     key("input.odometry_topics", Plain, Any, "globs; empty: the one topic with an odometry type"),
+    key("input.transform_topics", Plain, Any, "globs; empty: those in the namespace of the odometry or the ranges"),
     key("input.sonars", Plain, Any, "globs over sonar names; empty: all"),
     key("input.start", Plain, AtLeast(0.0), "s after the first reading; earlier ones are left out"),
     key("input.end", Plain, AtLeast(0.0), "s after the first reading; later ones are left out"),
@@ -66,6 +67,7 @@ pub const KEYS: &[Key] = &[
     key("input.drop_repeats", Plain, Any, "leave out readings that repeat the last one while driving"),
     key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
     key("input.max_readings", Plain, AtLeast(1.0), "readings and odometry samples held, 60 bytes each"),
+    key("input.range_stamps", Plain, Any, "\"message\", or \"recording\" where the sonars' clock is no good"),
     key("input.range_delay", Plain, Any, "s that ranges are stamped late: their poses are so much older"),
     key("input.range_clock_rate", Plain, Between(-0.5, 0.5), "share by which the clock of the ranges runs fast: 0.003 gains 3 ms a second"),
     key("input.odometry_scale", Plain, Above(0.0), "what distances of odometry are multiplied with"),
@@ -118,6 +120,9 @@ pub const KEYS: &[Key] = &[
     key("sonars.beam_width", Degrees, Between(0.0, 360.0), "deg, full angle; where the message has none"),
     key("sonars.range_scale", Plain, Above(0.0), "what ranges are multiplied with; default: 1"),
     key("sonars.range_offset", Plain, Any, "m added to ranges after that; default: 0"),
+    key("sonars.min_range", Plain, AtLeast(0.0), "m; before the messages'"),
+    key("sonars.max_range", Plain, Above(0.0), "m; before the messages'"),
+    key("sonars.beam_axis", Plain, Any, "of the frames that the log's transforms place: \"x\", or \"z\" (optical)"),
 
     key("sonar.*.x", Plain, Any, "m; mount in the robot frame, before the log's transforms"),
     key("sonar.*.y", Plain, Any, "m"),
@@ -144,7 +149,7 @@ pub const KEYS: &[Key] = &[
     key("channel.*.position", Plain, Any, "path of a message with x, y, z, for x and y"),
     key("channel.*.orientation", Plain, Any, "path of a quaternion x, y, z, w, for yaw"),
     key("channel.*.angle_unit", Plain, Any, "of angles at paths: \"rad\" (default), \"deg\""),
-    key("channel.*.metres_per_unit", Plain, Above(0.0), "of lengths at paths; default: 1"),
+    key("channel.*.metres_per_unit", Plain, Above(0.0), "of lengths at paths, or without any of all that the messages hold; default: 1"),
 ];
 
 /// The key that a path in a file names.

@@ -8,16 +8,19 @@ use super::container::Loss;
 use super::error::LogError;
 use super::gather::Gatherer;
 use super::message::Role;
+use super::namespaces::{Frames, is_in};
 use super::odometry::{Chosen, Circumstances, Odometry};
 use super::sonars::Placing;
 use super::stamps::{self, Clock, ClockSet};
-use super::{channels as found, hits, leaps, repeats};
+use super::traits::Traits;
+use super::{channels as found, hits, repeats};
 use crate::core::calibrate::change::Change;
 use crate::core::config::Config;
+use crate::core::config::channel::of_topic;
 use crate::core::event::Events;
 use crate::core::legible::one_line;
 use crate::core::log::Log;
-use crate::core::wording::{counted, counted_with};
+use crate::core::wording::{counted, counted_with, few};
 
 /// A log that can be replayed.
 #[derive(Debug)]
@@ -32,6 +35,8 @@ pub struct Finished {
     pub left_out: Vec<LogError>,
     /// The topic that says where the robot was.
     pub odometry_topic: String,
+    /// What the log says besides.
+    pub traits: Traits,
 }
 
 /// Why a log cannot be replayed.
@@ -99,7 +104,8 @@ fn put_together(
         return Err(no_ranges(&channels));
     }
     let odd = gathered.leave_out_odd();
-    let mut odometry = choose_odometry(&mut gathered, &file, config, &mut channels)?;
+    let frames = choose_frames(&mut gathered, config, &channels, notes);
+    let mut odometry = choose_odometry(&mut gathered, &frames, &file, config, &mut channels)?;
     let robot_frame = config
         .input
         .robot_frame
@@ -107,6 +113,7 @@ fn put_together(
         .unwrap_or_else(|| odometry.robot_frame.clone());
     let unplaced = hits::take(
         &mut gathered,
+        &frames.transforms,
         config,
         &robot_frame,
         &odometry.world_frame,
@@ -120,19 +127,19 @@ fn put_together(
     }
     notes.append(&mut gathered.notes);
     notes.extend(found::on_channels(&channels));
-    note(&gathered, config, &channels, &odometry, notes);
+    note(&gathered, &frames, config, &channels, &odometry, notes);
     let mut lost = found::on_losses(losses, &channels);
     lost.extend(odd);
     lost.append(&mut odometry.losses);
     lost.extend(without_pose(&odometry));
-    let frames = gathered.transforms.frames().into_iter();
-    let frames = frames.map(str::to_owned).collect();
+    let names = frames.transforms.frames().into_iter();
+    let names = names.map(str::to_owned).collect();
     let placing = Placing {
-        frames: &frames,
+        frames: &names,
         odometry_topic: &odometry.topic,
         world_frame: &odometry.world_frame,
         robot_frame: &robot_frame,
-        transforms: &gathered.transforms,
+        transforms: &frames.transforms,
         config,
     };
     let placed = match placing.place(&gathered.sources, gathered.readings, notes) {
@@ -165,16 +172,12 @@ fn put_together(
     let clock_set = stamps::jump(&ranges, &odometry.clock)
         .or_else(|| stamps::returned(&ranges, &odometry.clock));
     let mut time_notes: Vec<String> = clock_set.iter().map(ClockSet::text).collect();
-    // Delays to a clock that was set say nothing of another clock.
-    if clock_set.is_none() {
-        time_notes.extend(stamps::skew(&ranges, &odometry.clock));
-    }
     time_notes.extend(stamps::backward(&ranges, &odometry.clock));
-    time_notes.extend(stamps::uncovered(&readings, &samples, &config.frames));
-    time_notes.extend(leaps::note(
-        leaps::window(&samples, &readings, config.input.start, config.input.end),
+    time_notes.extend(stamps::uncovered(
         &readings,
-        clock_set.as_ref().map_or(&[], |set| &set.twice),
+        &samples,
+        &config.frames,
+        config.input.range_delay,
     ));
     let repeating = repeats::find(&readings, &samples, config.input.range_delay, sonars.len());
     let dropped = config.input.drop_repeats;
@@ -203,6 +206,12 @@ fn put_together(
         channels,
         clock_set,
         left_out,
+        traits: Traits {
+            poses: odometry.traits,
+            mounts: placed.traits,
+            world_frame: odometry.world_frame,
+            robot_frame,
+        },
         odometry_topic: odometry.topic,
     })
 }
@@ -210,15 +219,20 @@ fn put_together(
 /// What a person should know of what is used.
 fn note(
     gathered: &Gatherer,
+    frames: &Frames,
     config: &Config,
     channels: &[ChannelReport],
     odometry: &Chosen,
     notes: &mut Vec<String>,
 ) {
-    let unused = config
-        .channel
-        .keys()
-        .filter(|topic| !channels.iter().any(|c| c.topic == **topic));
+    let is_used = |key: &String| {
+        let is_its = |c: &ChannelReport| {
+            let of_it = of_topic(&config.channel, &c.topic);
+            of_it.is_some_and(|fields| config.channel.get(key) == Some(fields))
+        };
+        channels.iter().any(is_its)
+    };
+    let unused = config.channel.keys().filter(|topic| !is_used(topic));
     notes.extend(unused.map(|topic| {
         format!("the configuration describes channel `{topic}`, which the log does not have")
     }));
@@ -229,7 +243,7 @@ fn note(
             counted_with(unstamped, "message", "has", "have")
         ));
     }
-    notes.extend(gathered.transforms.note());
+    notes.extend(frames.transforms.note());
     if odometry.role == Role::Pose && config.input.odometry_topics.is_empty() {
         notes.push(format!(
             "the log has no odometry; the poses on {} are taken for it",
@@ -254,11 +268,41 @@ fn without_pose(odometry: &Chosen) -> Option<String> {
     })
 }
 
+/// The frames of the one robot that is replayed. Ranges of other robots are left out, unless they are asked for.
+fn choose_frames(
+    gathered: &mut Gatherer,
+    config: &Config,
+    channels: &[ChannelReport],
+    notes: &mut Vec<String>,
+) -> Frames {
+    let input = &config.input;
+    let tracks = gathered.tracks.keys().map(String::as_str).collect();
+    let are_asked_for = !input.transform_topics.is_empty();
+    let namespaces = std::mem::take(&mut gathered.namespaces);
+    let chosen = namespaces.choose(channels, &tracks, are_asked_for);
+    notes.extend(chosen.note);
+    if input.range_topics.is_empty() && !chosen.others.is_empty() {
+        let is_other = |topic: &str| chosen.others.iter().any(|name| is_in(topic, name));
+        let sonars = gathered.leave_out_ranges(is_other);
+        if sonars > 0 {
+            let others: Vec<String> = chosen.others.into_iter().collect();
+            notes.push(format!(
+                "the ranges of {} in {} are another robot's than the odometry that is used, and left out; \
+                 --range-topic chooses others",
+                counted(sonars as u64, "sonar"),
+                few(&others)
+            ));
+        }
+    }
+    chosen.frames
+}
+
 /// The one topic that says where the robot was. One that the configuration describes is meant
 /// to be used; poses serve where there is no odometry, or where the configuration asks for them;
 /// and transforms where there are no poses, or fewer of them.
 fn choose_odometry(
     gathered: &mut Gatherer,
+    of_robot: &Frames,
     file: &str,
     config: &Config,
     channels: &mut [ChannelReport],
@@ -268,16 +312,16 @@ fn choose_odometry(
     if by_type
         && tracks
             .keys()
-            .any(|topic| config.channel.contains_key(topic))
+            .any(|topic| of_topic(&config.channel, topic).is_some())
     {
-        tracks.retain(|topic, _| config.channel.contains_key(topic));
+        tracks.retain(|topic, _| of_topic(&config.channel, topic).is_some());
     }
     let is_odometry = |track: &Odometry| track.role == Role::Odometry;
     let has_odometry = tracks.values().any(is_odometry);
     if by_type && has_odometry {
         tracks.retain(|_, track| is_odometry(track));
     }
-    let transforms = &gathered.transforms;
+    let transforms = &of_robot.transforms;
     let of_ranges = gathered
         .sources
         .iter()
@@ -303,7 +347,7 @@ fn choose_odometry(
     };
     let by_transforms = match has_odometry {
         true => None,
-        false => gathered.moving.odometry(&circumstances)?,
+        false => of_robot.moving.odometry(&circumstances)?,
     };
     let chosen = match by_transforms {
         Some(chosen) => chosen,
@@ -313,7 +357,7 @@ fn choose_odometry(
                 file: file.to_owned(),
                 asked: config.input.odometry_topics.clone(),
                 found: found::candidates(channels, &[Role::Odometry, Role::Pose, Role::Transform]),
-                passed_over: gathered.moving.passed_over(&circumstances),
+                passed_over: of_robot.moving.passed_over(&circumstances),
             })?
         }
     };
@@ -375,6 +419,7 @@ mod tests {
             parent: parent.to_owned(),
             child: child.to_owned(),
             parent_from_child: Some(nalgebra::Isometry3::translation(stamp_ns as f64, 0.0, 0.0)),
+            ..TransformMessage::default()
         };
         let range = RangeMessage {
             beam_width: 0.4,

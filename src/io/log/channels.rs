@@ -3,14 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use super::cone::Cone;
 use super::container::{Channel, Loss, RawMessage};
 use super::custom;
 use super::decoder::{self, DecodeError, Decoder, Decoders};
 use super::error::LogError;
 use super::message::{Content, MOST_SONARS, Role};
 use super::types::{self, Read};
+use super::unzipper::Unzipper;
 use crate::core::config::Config;
-use crate::core::config::channel::ChannelFields;
+use crate::core::config::channel::{self, ChannelFields};
 use crate::core::legible::{name, one_line};
 use crate::core::pattern::{PatternError, glob_set};
 use crate::core::wording::{counted, few};
@@ -52,10 +54,12 @@ pub struct ChannelReport {
 pub struct Channels {
     range_topics: globset::GlobSet,
     odometry_topics: globset::GlobSet,
+    transform_topics: globset::GlobSet,
     described: BTreeMap<String, ChannelFields>,
     known: BTreeMap<u16, Known>,
     readers: usize,
     decoders: Decoders,
+    unzipper: Unzipper,
     /// Readings and odometry samples so far, and the most that are held.
     held: u64,
     most: u64,
@@ -68,6 +72,8 @@ struct Known {
     /// Messages that are of no form that is read, and those that hold a lidar's number of ranges: one of them
     /// may be damaged; when all are so, it is the channel.
     foreign: u64,
+    /// The beam of a single sonar that its scans spread.
+    cone: Cone,
 }
 
 /// From the bytes of a channel's messages to what they say.
@@ -78,6 +84,9 @@ struct Reader {
     way: Way,
     /// The configuration names its topic.
     asked_for: bool,
+    /// Of all lengths in its messages.
+    metres_per_unit: f64,
+    is_cdr: bool,
 }
 
 /// What makes a message of the wanted fields.
@@ -106,10 +115,12 @@ impl Channels {
         Ok(Self {
             range_topics: glob_set(&input.range_topics)?,
             odometry_topics: glob_set(&input.odometry_topics)?,
+            transform_topics: glob_set(&input.transform_topics)?,
             described: config.channel.clone(),
             known: BTreeMap::new(),
             readers: 0,
             decoders: Decoders::default(),
+            unzipper: Unzipper::default(),
             held: 0,
             most: input.max_readings,
         })
@@ -129,7 +140,26 @@ impl Channels {
         if self.held > self.most {
             return None;
         }
-        match reader.read(message.data) {
+        let data = match reader.is_cdr {
+            true => self.unzipper.unzipped(message.data),
+            false => message.data,
+        };
+        match reader
+            .read(data)
+            .map(|content| known.cone.narrowed(content))
+        {
+            Ok(content) if content.sonars() > LARGEST_RING && !reader.asked_for => {
+                known.foreign += 1;
+                report.undecoded += 1;
+                report.problem.get_or_insert_with(|| {
+                    format!(
+                        "a message of it holds {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
+                         they are sonars, choose it with --range-topic",
+                        content.sonars()
+                    )
+                });
+                None
+            }
             Ok(content) => {
                 self.held = self.held.saturating_add(content.held());
                 (self.held <= self.most).then_some(Message {
@@ -174,10 +204,10 @@ impl Channels {
 
     fn find(&mut self, channel: &Channel) -> Known {
         let topic = name(&channel.topic).into_owned();
-        let described = self.described.get(&topic);
+        let described = channel::of_topic(&self.described, &topic);
         let type_name = described.and_then(|fields| fields.type_name.as_deref());
         let type_name = name(type_name.unwrap_or(&channel.schema.name)).into_owned();
-        let known = match described.filter(|fields| !fields.is_type_alone()) {
+        let known = match described.filter(|fields| !fields.is_of_known_type()) {
             Some(fields) => Some((
                 custom::role(fields),
                 custom::paths(fields),
@@ -190,11 +220,15 @@ impl Channels {
         let topics = match role {
             Some(Role::Range) => Some(&self.range_topics),
             Some(Role::Odometry | Role::Pose) => Some(&self.odometry_topics),
-            Some(Role::Transform | Role::Description) | None => None,
+            Some(Role::Transform | Role::Description) => Some(&self.transform_topics),
+            None => None,
         };
         let asked_for = topics.is_some_and(|topics| topics.is_match(&topic));
         let passed_over = topics.is_some_and(|topics| !topics.is_empty()) && !asked_for;
         let is_described = described.is_some();
+        // Of messages that are described field by field, the description is scaled by its own.
+        let metres_per_unit = described.filter(|fields| fields.is_of_known_type());
+        let metres_per_unit = metres_per_unit.and_then(|fields| fields.metres_per_unit);
         let is_wanted = asked_for || is_described || types::is_one_sonar(&type_name);
         let mut report = ChannelReport {
             id: channel.id,
@@ -214,7 +248,7 @@ impl Channels {
             None if type_name.is_empty() && channel.encoding == "cdr" => {
                 Err(decoder::undefined(type_name))
             }
-            None if is_described => Err(format!(
+            None if described.is_some_and(|fields| fields.type_name.is_some()) => Err(format!(
                 "`{type_name}`, which the configuration says it is, is no type that is read: give the \
                  fields of its messages instead"
             )),
@@ -232,6 +266,8 @@ impl Channels {
                         decoder,
                         way,
                         asked_for: asked_for || is_described,
+                        metres_per_unit: metres_per_unit.unwrap_or(1.0),
+                        is_cdr: channel.encoding == "cdr",
                     })
                 })
             }
@@ -245,6 +281,7 @@ impl Channels {
             report,
             reader,
             foreign: 0,
+            cone: Cone::default(),
         }
     }
 }
@@ -266,14 +303,7 @@ impl Reader {
             Content::Crowd(count) => Err(DecodeError::Channel(format!(
                 "a message of it holds {count} ranges; no more than {MOST_SONARS} sonars are told apart"
             ))),
-            content if content.sonars() > LARGEST_RING && !self.asked_for => {
-                Err(DecodeError::Channel(format!(
-                    "a message of it holds {} ranges, a lidar's or a camera's rather than a sonar ring's; if \
-                     they are sonars, choose it with --range-topic",
-                    content.sonars()
-                )))
-            }
-            content => Ok(content),
+            content => Ok(content.scaled(self.metres_per_unit)),
         }
     }
 }

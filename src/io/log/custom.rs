@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::message::{Content, MOST_SONARS, RangeMessage, Role, TransformMessage};
-use super::poses::{placed, rotation};
+use super::poses::{as_written, placed, rotation};
 use super::value::{Field, FieldError, Fields};
 use crate::core::config::channel::{AngleUnit, ChannelFields, Given, TimeUnit};
 
@@ -113,6 +113,7 @@ fn odometry(
     let [stamp, frame, x, y, yaw, turn @ ..] = fields.all::<9>();
     let metres = described.metres_per_unit.unwrap_or(1.0);
     let position = Vector3::new(x.number()?, y.number()?, 0.0) * metres;
+    let quaternion = described.orientation.is_some().then(|| as_written(&turn));
     let turn = if described.orientation.is_some() {
         rotation(&turn)?
     } else {
@@ -126,6 +127,8 @@ fn odometry(
         parent: frame_of(described, &frame)?,
         child: String::new(),
         parent_from_child: turn.and_then(|turn| placed(position, turn)),
+        quaternion: quaternion.flatten(),
+        twist: None,
     })
 }
 

@@ -62,7 +62,13 @@ impl Decoder {
                 let standard = Layout::standard(type_name).ok_or_else(|| undefined(type_name))?;
                 ros(Dialect::Ros2, standard)?
             }
-            ("cdr", "ros2msg") => ros(Dialect::Ros2, Layout::new(Dialect::Ros2, name, data))?,
+            ("cdr", "ros2msg") => {
+                let own = Layout::new(Dialect::Ros2, name, data);
+                ros(
+                    Dialect::Ros2,
+                    own.or_else(|error| Layout::standard(type_name).unwrap_or(Err(error))),
+                )?
+            }
             ("ros1", "ros1msg") => ros(Dialect::Ros1, Layout::new(Dialect::Ros1, name, data))?,
             ("protobuf", "protobuf") => protobuf::Decoder::new(name, data, &paths)
                 .map(Encoding::Protobuf)

@@ -103,10 +103,10 @@ impl Joint {
         let turn = is_turn.then(|| UnitQuaternion::from_euler_angles(roll, pitch, yaw));
         let pose = turn.and_then(|turn| placed(self.xyz.into(), turn));
         Some(TransformMessage {
-            stamp_ns: 0,
             parent: name(&self.parent?).into_owned(),
             child: name(&self.child?).into_owned(),
             parent_from_child: pose,
+            ..TransformMessage::default()
         })
     }
 }

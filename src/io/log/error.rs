@@ -176,7 +176,12 @@ impl LogError {
             Self::NoMount(missing) => {
                 let name = &missing.sonar;
                 let why = &missing.why;
-                format!("it has no mounting pose, {why}. Record /tf_static, or give x, y and yaw under [sonar.\"{name}\"]")
+                let carried = missing.carrier.as_ref();
+                let carried = carried.map(|carrier| carried_by(carrier, &missing.robot_frame));
+                format!(
+                    "it has no mounting pose, {why}.{} Record /tf_static, or give x, y and yaw under [sonar.\"{name}\"]",
+                    carried.unwrap_or_default()
+                )
             }
             Self::NoBeamWidth { sonar, .. } => format!(
                 "it has no beam width, its field_of_view is no angle above 0. Set beam_width under [sonar.\"{sonar}\"]"
@@ -239,10 +244,11 @@ impl LogError {
 /// A sonar whose place on the robot is unknown.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {} Give the mount in the \
+    "no mounting pose for sonar frame `{frame}` (topic {topic}): {why}. {}{} Give the mount in the \
      configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
      yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
-    list("Frames with a transform:", .frames)
+    list("Frames with a transform:", .frames),
+    .carrier.as_ref().map_or(LATER_PART.to_owned(), |carrier| carried_by(carrier, .robot_frame))
 )]
 pub struct MissingMount {
     /// The sonar's name.
@@ -255,9 +261,22 @@ pub struct MissingMount {
     pub robot_frame: String,
     /// What stands in the way.
     pub why: String,
+    /// The frame on which it is mounted, where that is another one than the robot's.
+    pub carrier: Option<String>,
     /// Every frame of the transform tree.
     pub frames: std::sync::Arc<[String]>,
 }
+
+/// What else may be the robot's frame (ros-navigation/navigation2#2957).
+fn carried_by(carrier: &str, robot_frame: &str) -> String {
+    format!(
+        " It is mounted on `{carrier}`: if that is where `{robot_frame}` is, set input.robot_frame = {}.",
+        one_line(&toml::Value::from(carrier).to_string())
+    )
+}
+
+/// Only the first part of a split recording has what is said once (ros2/rosbag2#1159).
+const LATER_PART: &str = " A later part of a split recording lacks /tf_static, which is in its first part: replay the folder.";
 
 /// Points of a sonar ring, without the mounts of its sonars.
 #[derive(Debug, thiserror::Error)]
@@ -289,7 +308,13 @@ fn unopened(path: &Path, error: &OpenError) -> String {
     match error {
         OpenError::Io(error) => format!("cannot read {path}: {error}"),
         OpenError::Empty => format!("{path} is empty: it has 0 bytes. Copy or record it again"),
-        OpenError::NotMcap => format!(
+        OpenError::NoParts => format!(
+            "{path} is a folder without a .mcap file: a log is one, or a folder of its parts"
+        ),
+        OpenError::NotMcap(what) if !what.is_empty() => {
+            format!("{path} is not an MCAP file: {what}")
+        }
+        OpenError::NotMcap(_) => format!(
             "{path} is not an MCAP file: it does not begin with the MCAP magic bytes. Convert other logs first \
              (`ros2 bag convert` for a rosbag2 folder of .db3 files, `mcap convert` for a ROS 1 bag)"
         ),

@@ -7,9 +7,11 @@ use nalgebra::Isometry3;
 use super::channels::Message;
 use super::description;
 use super::message::{Content, HitsMessage, MOST_SONARS, RangeMessage, Role, TransformMessage};
-use super::odometry::{Moving, Odometry, stamp};
+use super::namespaces::Namespaces;
+use super::odometry::{Odometry, stamp};
 use super::sonars::{Source, SourceKey};
-use super::transforms::{Origin, TransformTree};
+use super::transforms::Origin;
+use crate::core::config::{Config, RangeStamps};
 use crate::core::event::{RangeReading, SonarId};
 use crate::core::wording::counted;
 
@@ -43,11 +45,12 @@ pub struct Gatherer {
     /// Whether there are more sonars than can be told apart.
     pub crowded: bool,
     pub tracks: BTreeMap<String, Odometry>,
-    pub transforms: TransformTree,
-    /// Transforms that may say where the robot was, as long as no odometry does.
-    pub moving: Moving,
+    /// Transforms, by the namespaces of their topics.
+    pub namespaces: Namespaces,
     /// Points of sonar rings, with the topic and the time they were recorded.
     pub hits: Vec<(String, i64, HitsMessage)>,
+    /// What is taken for the stamps of readings.
+    range_stamps: RangeStamps,
     descriptions: usize,
     last_description: String,
     pub notes: Vec<String>,
@@ -57,6 +60,14 @@ pub struct Gatherer {
 }
 
 impl Gatherer {
+    /// Nothing said yet; of the configuration, what is taken for stamps matters.
+    pub fn new(config: &Config) -> Self {
+        Self {
+            range_stamps: config.input.range_stamps,
+            ..Self::default()
+        }
+    }
+
     /// Takes what one message says.
     pub fn take(&mut self, message: Message<'_>, log_time: u64) {
         let (role, topic) = (message.role, message.topic);
@@ -85,11 +96,12 @@ impl Gatherer {
                 };
                 let no_odometry = |track: &Odometry| track.role != Role::Odometry;
                 let may_move = origin == Origin::Moving && self.tracks.values().all(no_odometry);
+                let frames = self.namespaces.of(topic);
                 for transform in transforms {
                     if may_move {
-                        self.moving.take(topic, logged_ns, &transform);
+                        frames.moving.take(topic, logged_ns, &transform);
                     }
-                    self.transforms.add(transform, origin);
+                    frames.transforms.add(transform, origin);
                 }
             }
             Content::Hits(hits) => self.hits.push((topic.to_owned(), logged_ns, hits)),
@@ -106,8 +118,9 @@ impl Gatherer {
         match description::fixed_joints(&urdf) {
             Ok(joints) => {
                 self.messages += 1;
+                let frames = self.namespaces.of(topic);
                 for joint in joints {
-                    self.transforms.add(joint, Origin::Description);
+                    frames.transforms.add(joint, Origin::Description);
                 }
             }
             Err(error) => self.notes.push(format!(
@@ -164,13 +177,18 @@ impl Gatherer {
         };
         source.turned |= source.frame_from_beam != range.frame_from_beam;
         source.readings += 1;
+        source.infrared |= range.infrared;
         source.learn(range.beam_width, range.likely_beam_width);
         // The beams of a ring share their message's stamp.
         if range.element.is_none_or(|element| element == 0) {
             source.clock.take(range.stamp_ns, logged_ns);
         }
         self.readings.push(RangeReading {
-            stamp_ns: stamp(range.stamp_ns, logged_ns).saturating_add(range.delay_ns),
+            stamp_ns: match self.range_stamps {
+                RangeStamps::Message => stamp(range.stamp_ns, logged_ns),
+                RangeStamps::Recording => logged_ns,
+            }
+            .saturating_add(range.delay_ns),
             sonar: SonarId(id),
             range: range.range,
             min_range: range.min_range,
@@ -182,7 +200,7 @@ impl Gatherer {
 
     fn take_odometry(&mut self, role: Role, topic: &str, logged_ns: i64, pose: TransformMessage) {
         if role == Role::Odometry {
-            self.moving.clear();
+            self.namespaces.forget_motion();
         }
         let track = self.tracks.entry(topic.to_owned());
         let track = track.or_insert_with(|| Odometry::new(role));
@@ -235,11 +253,7 @@ impl Gatherer {
         let all = std::mem::take(&mut self.sources).into_iter().zip(odd);
         let ids: Vec<Option<u16>> =
             (all.map(|(source, is_odd)| self.keep(source, is_odd))).collect();
-        self.readings.retain_mut(|reading| {
-            let id = ids.get(reading.sonar.index()).copied().flatten();
-            reading.sonar = id.map_or(reading.sonar, SonarId);
-            id.is_some()
-        });
+        self.renumber(&ids);
         losses
     }
 
@@ -277,15 +291,38 @@ impl Gatherer {
             Role::Odometry => {
                 self.tracks.clear();
                 let sample = TransformMessage {
-                    stamp_ns: 0,
-                    parent: String::new(),
-                    child: String::new(),
                     parent_from_child: Some(Isometry3::identity()),
+                    ..TransformMessage::default()
                 };
                 self.take_odometry(role, STAND_IN, 0, sample);
             }
             Role::Pose | Role::Transform | Role::Description => {}
         }
+    }
+
+    /// Leaves out the ranges on some topics; how many sonars these are.
+    pub fn leave_out_ranges(&mut self, is_left_out: impl Fn(&str) -> bool) -> usize {
+        self.source_index.clear();
+        let all = std::mem::take(&mut self.sources).into_iter();
+        let mut count = 0;
+        let mut keep = |source: Source| {
+            let is_left_out = is_left_out(&source.key.topic);
+            count += usize::from(is_left_out);
+            self.keep(source, is_left_out)
+        };
+        let ids: Vec<Option<u16>> = all.map(&mut keep).collect();
+        self.renumber(&ids);
+        self.hits.retain(|(topic, ..)| !is_left_out(topic));
+        count
+    }
+
+    /// Gives readings the new places of their sonars, and leaves out those of sonars that have none.
+    fn renumber(&mut self, ids: &[Option<u16>]) {
+        self.readings.retain_mut(|reading| {
+            let id = ids.get(reading.sonar.index()).copied().flatten();
+            reading.sonar = id.map_or(reading.sonar, SonarId);
+            id.is_some()
+        });
     }
 
     /// Forgets every odometry but one.

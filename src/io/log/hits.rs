@@ -69,7 +69,9 @@ impl Ring {
         robot_from_cloud: &Isometry3<f64>,
     ) -> (BTreeMap<&str, f64>, u64) {
         let (mut ranges, mut strays) = (BTreeMap::new(), 0);
-        for point in points {
+        // RosAria fills its clouds up with points at the origin.
+        let is_padding = |point: &&Point3<f64>| point.x == 0.0 && point.y == 0.0;
+        for point in points.iter().filter(|point| !is_padding(point)) {
             let hit = (robot_from_cloud * point).xy().coords;
             match self.nearest(hit) {
                 Some((name, range)) if !ranges.contains_key(name) => {
@@ -102,6 +104,7 @@ impl Ring {
 /// missing where it has none is returned.
 pub fn take(
     gatherer: &mut Gatherer,
+    transforms: &TransformTree,
     config: &Config,
     robot_frame: &str,
     world_frame: &str,
@@ -118,12 +121,8 @@ pub fn take(
     let mut strays = BTreeMap::<String, u64>::new();
     let mut doubled = BTreeMap::<String, u64>::new();
     for (topic, logged_ns, cloud) in hits {
-        let (robot_frame, known) = robot_from(
-            &gatherer.transforms,
-            &cloud.frame_id,
-            robot_frame,
-            world_frame,
-        );
+        let (robot_frame, known) =
+            robot_from(transforms, &cloud.frame_id, robot_frame, world_frame);
         let (Some(robot_from_cloud), false) = (known, ring.is_empty()) else {
             let problem = if ring.is_empty() {
                 "the points do not say where the sonars are that they come from; give x, y and yaw of \

@@ -47,6 +47,30 @@ impl Content {
         }
     }
 
+    /// The same with lengths in another unit.
+    pub fn scaled(mut self, metres_per_unit: f64) -> Self {
+        let scale = |pose: &mut Isometry3<f64>| pose.translation.vector *= metres_per_unit;
+        let place = |pose: &mut TransformMessage| pose.parent_from_child.iter_mut().for_each(scale);
+        match &mut self {
+            _ if metres_per_unit == 1.0 => {}
+            Self::Ranges(ranges) => ranges.iter_mut().for_each(|reading| {
+                reading.range *= metres_per_unit;
+                reading.min_range *= metres_per_unit;
+                reading.max_range *= metres_per_unit;
+                reading.variance *= metres_per_unit * metres_per_unit;
+            }),
+            Self::Odometry(pose) => place(pose),
+            Self::Transforms(poses) => poses.iter_mut().for_each(place),
+            Self::Hits(hits) => {
+                hits.points
+                    .iter_mut()
+                    .for_each(|p| p.coords *= metres_per_unit);
+            }
+            Self::Crowd(_) | Self::Description(_) => {}
+        }
+        self
+    }
+
     /// How many readings and odometry samples of it are held in memory.
     pub fn held(&self) -> u64 {
         match self {
@@ -78,6 +102,8 @@ pub struct RangeMessage {
     pub likely_beam_width: f64,
     /// Square metres; 0 where the driver, or this form of the message, does not give it.
     pub variance: f64,
+    /// Whether the message says that it measures with light.
+    pub infrared: bool,
 }
 
 impl RangeMessage {
@@ -95,12 +121,13 @@ impl RangeMessage {
             beam_width: 0.0,
             likely_beam_width: 0.0,
             variance: 0.0,
+            infrared: false,
         }
     }
 }
 
 /// Where one frame is in another.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct TransformMessage {
     pub stamp_ns: i64,
     pub parent: String,
@@ -108,6 +135,11 @@ pub struct TransformMessage {
     pub child: String,
     /// `None` where a number is not finite or the quaternion is zero.
     pub parent_from_child: Option<Isometry3<f64>>,
+    /// The orientation as the message has it, x, y, z and w, of whatever length; `None` where it has none.
+    pub quaternion: Option<[f64; 4]>,
+    /// Speed forward and to the left, metres per second, and turn, radians per second, where the message has
+    /// them.
+    pub twist: Option<[f64; 3]>,
 }
 
 /// Where the beams of a sonar ring ended; which sonar a point is of is not said.

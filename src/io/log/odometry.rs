@@ -8,6 +8,7 @@ use nalgebra::Isometry3;
 use super::error::LogError;
 use super::message::{Role, TransformMessage};
 use super::stamps::Clock;
+use super::traits::{PoseTraits, integrated};
 use super::transforms::TransformTree;
 use crate::core::config::Config;
 use crate::core::event::OdometrySample;
@@ -39,6 +40,9 @@ struct Named {
     world_frame: String,
     robot_frame: String,
     samples: Vec<OdometrySample>,
+    /// The speeds that come with the samples, as long as the poses of these are all the same.
+    twists: Vec<[f64; 3]>,
+    traits: PoseTraits,
 }
 
 /// Where the robot was, by the one topic that is used.
@@ -50,6 +54,7 @@ pub struct Chosen {
     pub robot_frame: String,
     /// In file order.
     pub samples: Vec<OdometrySample>,
+    pub traits: PoseTraits,
     pub messages: u64,
     pub unstamped: u64,
     pub unusable: u64,
@@ -58,6 +63,55 @@ pub struct Chosen {
     pub losses: Vec<String>,
     /// That it names several frames and all are used, or what it was taken from.
     pub notes: Vec<String>,
+}
+
+impl Named {
+    fn take(&mut self, message: &TransformMessage, sample: OdometrySample) {
+        self.traits.take(message, sample);
+        let first = self.samples.first().unwrap_or(&sample);
+        match message.twist {
+            Some(twist)
+                if first.world_from_robot == sample.world_from_robot
+                    && self.twists.len() == self.samples.len() =>
+            {
+                self.twists.push(twist);
+            }
+            _ => self.twists = Vec::new(),
+        }
+        self.samples.push(sample);
+    }
+
+    /// Makes the poses of the speeds, where the poses stay the same and the speeds say that the robot moves
+    /// (introlab/rtabmap_ros#1059); whether that was so.
+    fn integrate(&mut self) -> bool {
+        let moves = |twist: &[f64; 3]| twist.iter().any(|speed| *speed != 0.0);
+        if self.twists.len() != self.samples.len() || !self.twists.iter().any(moves) {
+            return false;
+        }
+        let twists = std::mem::take(&mut self.twists);
+        let mut all: Vec<_> = self.samples.drain(..).zip(twists).collect();
+        all.sort_by_key(|(sample, _)| sample.stamp_ns);
+        if let Some((first, _)) = all.first() {
+            integrated(first.world_from_robot, &mut all);
+        }
+        self.samples = all.into_iter().map(|(sample, _)| sample).collect();
+        self.traits.are_of_twist = true;
+        true
+    }
+
+    /// Whether it has samples while another has.
+    fn is_beside(&self, other: &Self) -> bool {
+        let span = |named: &Self| {
+            let stamps = || named.samples.iter().map(|sample| sample.stamp_ns);
+            Some((stamps().min()?, stamps().max()?))
+        };
+        let (Some((from, to)), Some((first, last))) = (span(self), span(other)) else {
+            return false;
+        };
+        let within = |sample: &&OdometrySample| (first..=last).contains(&sample.stamp_ns);
+        let inside = self.samples.iter().filter(within).count();
+        from <= last && first <= to && 2 * inside > self.samples.len()
+    }
 }
 
 impl Odometry {
@@ -78,7 +132,12 @@ impl Odometry {
         self.messages += 1;
         self.clock.take(pose.stamp_ns, logged_ns);
         self.unstamped += u64::from(pose.stamp_ns == 0);
-        let is_same = |n: &Named| n.world_frame == pose.parent && n.robot_frame == pose.child;
+        // A frame that moves in itself is a slip of the driver (dawonn/vectornav#55), and names nothing.
+        let child = match pose.child == pose.parent {
+            true => "",
+            false => &pose.child,
+        };
+        let is_same = |n: &Named| n.world_frame == pose.parent && n.robot_frame == child;
         let place = self.poses.iter().position(is_same);
         let Some(sample) = (pose.parent_from_child.as_ref())
             .filter(|_| place.is_some() || self.poses.len() < MOST_NAMES)
@@ -87,13 +146,18 @@ impl Odometry {
             self.unusable += 1;
             return;
         };
-        match place.and_then(|place| self.poses.get_mut(place)) {
-            Some(known) => known.samples.push(sample),
-            None => self.poses.push(Named {
+        let place = place.unwrap_or(self.poses.len());
+        if place == self.poses.len() {
+            self.poses.push(Named {
                 world_frame: pose.parent.clone(),
-                robot_frame: pose.child.clone(),
-                samples: vec![sample],
-            }),
+                robot_frame: child.to_owned(),
+                samples: Vec::new(),
+                twists: Vec::new(),
+                traits: PoseTraits::default(),
+            });
+        }
+        if let Some(named) = self.poses.get_mut(place) {
+            named.take(pose, sample);
         }
     }
 
@@ -153,6 +217,21 @@ impl Odometry {
             )
         });
         let losses = losses.collect();
+        // Two publishers on one topic (introlab/rtabmap_ros#760); a node that was started again with other names
+        // goes on where it ended.
+        let (beside, others): (Vec<_>, Vec<_>) = others
+            .into_iter()
+            .partition(|other| other.is_beside(&named));
+        let beside = beside.iter().map(|other| {
+            format!(
+                "messages on {topic} give the pose of {} and at the same times of {}: two tracks of two publishers; \
+                 the former is used, and `input.world_frame = {}` takes the latter",
+                names(&named),
+                names(other),
+                toml::Value::from(other.world_frame.as_str())
+            )
+        });
+        let mut notes: Vec<String> = beside.collect();
         let all: Vec<String> = others.iter().map(names).collect();
         let note = (!all.is_empty()).then(|| {
             format!(
@@ -161,12 +240,20 @@ impl Odometry {
                 few(&all)
             )
         });
+        notes.extend(note);
+        if others.is_empty() && named.integrate() {
+            notes.push(format!(
+                "the poses on {topic} stay what they are while the speeds in the same messages say that the robot \
+                 moves; the path is made of the speeds"
+            ));
+        }
         named
             .samples
             .extend(others.into_iter().flat_map(|n| n.samples));
         Some(Chosen {
             losses,
-            notes: note.into_iter().collect(),
+            notes,
+            traits: named.traits,
             topic,
             role: self.role,
             world_frame: named.world_frame,
@@ -274,6 +361,17 @@ impl Moving {
         }
         course.track.take(logged_ns, transform);
         self.samples += 1;
+    }
+
+    /// Takes what is not known yet.
+    pub fn join(&mut self, other: Self) {
+        for (edge, course) in other.edges {
+            if self.edges.len() < MOST_EDGES && !self.edges.contains_key(&edge) {
+                self.samples += course.track.len();
+                self.edges.insert(edge, course);
+            }
+        }
+        self.unheld += other.unheld;
     }
 
     /// Forgets everything.

@@ -7,8 +7,21 @@ use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use super::message::{Content, FARTHEST, TransformMessage};
 use super::value::{Field, FieldError, Fields, Value};
 
-/// `nav_msgs/Odometry`, and `geometry_msgs/TransformStamped` on a topic of its own.
+/// `nav_msgs/Odometry`.
 pub fn odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
+    let [pose @ .., forward, left, turn] = &fields.all::<13>();
+    let twist = [forward, left, turn].map(|part| part.number().ok().filter(|n| n.is_finite()));
+    Ok(Content::Odometry(TransformMessage {
+        twist: match twist {
+            [Some(forward), Some(left), Some(turn)] => Some([forward, left, turn]),
+            _ => None,
+        },
+        ..transform(pose, isometry)?
+    }))
+}
+
+/// `geometry_msgs/TransformStamped` on a topic of its own.
+pub fn transform_stamped(fields: &Fields<'_>) -> Result<Content, FieldError> {
     transform(&fields.all(), isometry).map(Content::Odometry)
 }
 
@@ -18,8 +31,9 @@ pub fn pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
     Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time()?,
         parent: world.frame()?,
-        child: String::new(),
         parent_from_child: isometry(&pose)?,
+        quaternion: as_written(turn_of(&pose)),
+        ..TransformMessage::default()
     }))
 }
 
@@ -41,15 +55,16 @@ fn foxglove_stamped(
     is_there: &Field<'_>,
     pose: &[Field<'_>; 7],
 ) -> Result<Content, FieldError> {
-    let pose = match is_there.is_there() {
-        true => foxglove_isometry(pose)?,
-        false => None,
-    };
     Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time_or_zero()?,
         parent: world.frame()?,
         child: robot_frame,
-        parent_from_child: pose,
+        parent_from_child: match is_there.is_there() {
+            true => foxglove_isometry(pose)?,
+            false => None,
+        },
+        quaternion: as_written(turn_of(pose)),
+        twist: None,
     }))
 }
 
@@ -86,6 +101,8 @@ fn transform(fields: &[Field<'_>; 10], pose: Pose) -> Result<TransformMessage, F
         parent: parent.frame()?,
         child: child.frame()?,
         parent_from_child: pose(place)?,
+        quaternion: as_written(turn_of(place)),
+        twist: None,
     })
 }
 
@@ -122,6 +139,16 @@ pub fn foxglove_isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>
 pub fn placed(position: Vector3<f64>, turn: UnitQuaternion<f64>) -> Option<Isometry3<f64>> {
     let is_place = position.iter().all(|x| x.abs() <= FARTHEST);
     is_place.then(|| Isometry3::from_parts(position.into(), turn))
+}
+
+fn turn_of<'p, 'f>([_, _, _, turn @ ..]: &'p [Field<'f>; 7]) -> &'p [Field<'f>; 4] {
+    turn
+}
+
+/// A quaternion (x, y, z, w) of whatever length; `None` where it is not there.
+pub fn as_written(turn: &[Field<'_>; 4]) -> Option<[f64; 4]> {
+    let [x, y, z, w] = turn.each_ref().map(|part| part.number().ok());
+    Some([x?, y?, z?, w?])
 }
 
 /// The turn that a quaternion (x, y, z, w) stands for; `None` where it is zero or not finite.

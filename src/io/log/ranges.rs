@@ -10,8 +10,19 @@ use super::value::{Field, FieldError, Fields, Value};
 
 /// `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
 pub fn range(fields: &Fields<'_>) -> Result<Content, FieldError> {
-    let [stamp, frame, range, min_range, max_range, width, variance] = fields.all();
+    const INFRARED: f64 = 1.0;
+    let [
+        stamp,
+        frame,
+        range,
+        min_range,
+        max_range,
+        width,
+        variance,
+        radiation,
+    ] = fields.all();
     Ok(Content::Ranges(vec![RangeMessage {
+        infrared: radiation.number() == Ok(INFRARED),
         min_range: min_range.number()?,
         max_range: max_range.distance()?,
         beam_width: width.number()?,

@@ -78,7 +78,7 @@ impl Gathered {
         walk: impl FnOnce(&mut Take<'_>) -> Result<Vec<Loss>, OpenError>,
     ) -> Result<Self, LogError> {
         let mut channels = Channels::new(config)?;
-        let mut gatherer = Gatherer::default();
+        let mut gatherer = Gatherer::new(config);
         let mut truth = RecordedTruth::default();
         let losses = walk(&mut |channel, message| {
             if with_truth {

@@ -131,11 +131,8 @@ impl Layout {
 
     /// The layout of a ROS 2 type that needs no definition; `None` for a type that is not standard.
     pub fn standard(type_name: &str) -> Option<Result<Rc<Self>, DefinitionError>> {
-        let head = format!("MSG: {}\n", short(type_name));
-        let (_, behind) = STANDARD.split_once(&head)?;
-        let own = behind.split("===").next().unwrap_or_default();
-        let text = format!("{own}===\n{STANDARD}");
-        Some(Self::new(Dialect::Ros2, type_name, text.as_bytes()))
+        let own = standard(&short(type_name))?.join("\n");
+        Some(Self::new(Dialect::Ros2, type_name, own.as_bytes()))
     }
 
     fn of(dialect: Dialect, fields: Vec<(Rc<str>, Field)>) -> Result<Rc<Self>, DefinitionError> {
@@ -162,6 +159,14 @@ impl Layout {
             height,
         }))
     }
+}
+
+/// The lines of a standard type: drivers leave them out of the definitions that contain it
+/// (foxglove/mcap#223).
+fn standard(name: &str) -> Option<Vec<&'static str>> {
+    let (_, behind) = STANDARD.split_once(&format!("MSG: {name}\n"))?;
+    let own = behind.split("===").next().unwrap_or_default();
+    Some(own.lines().map(str::trim).collect())
 }
 
 /// `package/Type` for `package/msg/Type`, and for `package::msg::dds_::Type_`, as DDS calls it.
@@ -269,7 +274,9 @@ impl<'a> Resolver<'a> {
         if let Some(known) = self.done.get(&name) {
             return Ok(Element::Nested(Rc::clone(known)));
         }
-        let Some(lines) = self.lines.get(&name).cloned() else {
+        let own = self.lines.get(&name).cloned();
+        let lines = own.or_else(|| standard(&name).filter(|_| self.dialect == Dialect::Ros2));
+        let Some(lines) = lines else {
             return Err(DefinitionError::UnknownType(name));
         };
         let layout = self.layout(&name, &lines, depth + 1)?;

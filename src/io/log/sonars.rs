@@ -3,12 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::error::{LogError, MissingMount};
 use super::stamps::Clock;
+use super::traits::MountTraits;
 use super::transforms::{Mount, NoMount, TransformTree};
-use crate::core::config::{Config, SonarOverride};
+use crate::core::config::{BeamAxis, Config, SonarOverride};
 use crate::core::event::{RangeReading, Sonar, SonarId};
 use crate::core::geometry::Pose2;
 use crate::core::wording::{counted, few, plural};
@@ -42,6 +45,8 @@ pub struct Source {
     /// When its messages were stamped and recorded.
     pub clock: Clock,
     pub readings: u64,
+    /// Whether its messages say that it measures with light.
+    pub infrared: bool,
 }
 
 impl Source {
@@ -55,6 +60,7 @@ impl Source {
             likely_beam_width: None,
             clock: Clock::default(),
             readings: 0,
+            infrared: false,
         }
     }
 
@@ -86,6 +92,13 @@ fn usable(width: f64) -> Option<f64> {
     (width > 0.0 && width.is_finite()).then_some(width)
 }
 
+/// Whether the limits of a reading stand in each other's place.
+fn are_swapped(reading: &RangeReading) -> bool {
+    0.0 < reading.max_range
+        && reading.max_range < reading.min_range
+        && reading.min_range.is_finite()
+}
+
 /// What sonars are placed by.
 #[derive(Debug, Clone, Copy)]
 pub struct Placing<'a> {
@@ -107,6 +120,8 @@ pub struct Placing<'a> {
 pub struct Placed {
     /// By name.
     pub sonars: Vec<Sonar>,
+    /// What is said of their mounts besides.
+    pub traits: Vec<MountTraits>,
     /// By stamp, ties by sonar.
     pub readings: Vec<RangeReading>,
     /// What is missing of the sonars that cannot be used, while others can, by name.
@@ -128,6 +143,8 @@ struct Named<'a> {
     placed: Option<(SonarId, Mount)>,
     /// Readings whose beam width is that of others.
     lacking: u64,
+    /// Whether limits of it stood in each other's place.
+    swapped: bool,
 }
 
 impl Placing<'_> {
@@ -147,6 +164,7 @@ impl Placing<'_> {
         let mut order: Vec<usize> = (0..named.len()).collect();
         order.sort_by_cached_key(|place| named.get(*place).map(|sonar| sonar.name.clone()));
         let (mut sonars, mut left_out, mut losses) = (Vec::new(), Vec::new(), Vec::new());
+        let mut traits = Vec::new();
         for place in &order {
             let Some(sonar) = named.get_mut(*place) else {
                 continue;
@@ -160,6 +178,7 @@ impl Placing<'_> {
                         topic: sonar.source.key.topic.clone(),
                         robot_from_sensor: mount.robot_from_sensor,
                     });
+                    traits.push(self.traits(sonar, &robot_frame, &mount));
                 }
                 Err(why) => {
                     losses.push(format!(
@@ -180,6 +199,7 @@ impl Placing<'_> {
                 return false;
             };
             reading.sonar = id;
+            sonar.swapped |= are_swapped(reading);
             sonar.lacking += u64::from(self.complete(sonar, reading));
             true
         });
@@ -187,6 +207,14 @@ impl Placing<'_> {
         notes.extend(on_mounts(&by_name));
         if sonars.is_empty() && !left_out.is_empty() {
             return Err(left_out.swap_remove(0));
+        }
+        let swapped = by_name.iter().copied().filter(|sonar| sonar.swapped);
+        let swapped: Vec<&Named<'_>> = swapped.collect();
+        if !swapped.is_empty() {
+            notes.push(format!(
+                "min_range and max_range of {} are swapped in the messages: each is taken for the other",
+                which(&swapped)
+            ));
         }
         notes.extend(on_missing_widths(&by_name));
         notes.extend(on_senseless_widths(&by_name, self));
@@ -196,10 +224,34 @@ impl Placing<'_> {
         }
         Ok(Placed {
             sonars,
+            traits,
             readings,
             left_out,
             losses,
         })
+    }
+
+    /// What the transforms say of a mount besides.
+    fn traits(
+        &self,
+        sonar: &Named<'_>,
+        robot_frame: &Result<String, Vec<String>>,
+        mount: &Mount,
+    ) -> MountTraits {
+        let frame = sonar.source.key.frame.as_str();
+        let robot_frame = robot_frame.as_deref().unwrap_or_default();
+        let is_given = mount_of(&sonar.known).is_some() || sonar.frame_mount.is_some();
+        let place = self.transforms.between(robot_frame, frame);
+        let place = place.filter(|_| !is_given && self.config.sonars.beam_axis == BeamAxis::X);
+        let down = place.map(|(place, _)| (place.rotation * Vector3::y()).z);
+        let carrier = self.transforms.carrier(frame, self.world_frame);
+        MountTraits {
+            frame: frame.to_owned(),
+            infrared: sonar.source.infrared,
+            moved: mount.moved,
+            is_optical: down.is_some_and(|z| z < -0.9),
+            carrier: carrier.filter(|top| *top != robot_frame).map(str::to_owned),
+        }
     }
 
     /// Where a sonar sits, if it has a beam width as well.
@@ -253,13 +305,24 @@ impl Placing<'_> {
         let overruling = own.and_then(|own| self.overruling(sonar, own));
         let width = overruling.or(own).or_else(|| self.beam_width(sonar));
         reading.beam_width = width.unwrap_or(reading.beam_width);
-        reading.min_range = known.min_range.unwrap_or(reading.min_range);
-        reading.max_range = known.max_range.unwrap_or(reading.max_range);
+        let for_all = &self.config.sonars;
+        let said = [reading.min_range, reading.max_range];
+        // No range lies between limits that were swapped (mit-aera/FlightGoggles#57).
+        let [min_range, max_range] = match are_swapped(reading) {
+            true => [said[1], said[0]],
+            false => said,
+        };
+        reading.min_range = known.min_range.or(for_all.min_range).unwrap_or(min_range);
+        reading.max_range = known.max_range.or(for_all.max_range).unwrap_or(max_range);
         own.is_none() && known.beam_width.is_none() && sonar.source.beam_width.is_some()
     }
 
     fn mount(&self, sonar: &Named<'_>, robot_frame: &str) -> Result<Mount, LogError> {
         let source = sonar.source;
+        let frame_from_beam = match self.config.sonars.beam_axis {
+            BeamAxis::X => source.frame_from_beam,
+            BeamAxis::Z => optical() * source.frame_from_beam,
+        };
         let found = match (mount_of(&sonar.known), sonar.frame_mount) {
             (Some(robot_from_sensor), _) => Ok(Mount {
                 robot_from_sensor,
@@ -276,19 +339,21 @@ impl Placing<'_> {
                     let robot_from_frame = frame.overridden(&sonar.ring).robot_from_sensor;
                     Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
                 }),
-            (None, None) => {
-                self.transforms
-                    .mount(robot_frame, &source.key.frame, &source.frame_from_beam)
-            }
+            (None, None) => self
+                .transforms
+                .mount(robot_frame, &source.key.frame, &frame_from_beam),
         };
         let found = found.map(|mount| mount.overridden(&sonar.known));
         found.map_err(|why| {
+            let carrier = self.transforms.carrier(&source.key.frame, self.world_frame);
+            let carrier = carrier.filter(|carrier| *carrier != robot_frame);
             LogError::NoMount(Box::new(MissingMount {
                 sonar: sonar.name.clone(),
                 topic: source.key.topic.clone(),
                 frame: source.key.frame.clone(),
                 robot_frame: robot_frame.to_owned(),
                 why: self.explain(why, &source.key.frame, robot_frame),
+                carrier: carrier.map(str::to_owned),
                 frames: Arc::clone(self.frames),
             }))
         })
@@ -303,7 +368,11 @@ impl Placing<'_> {
                 )
             }
             NoMount::Unconnected => format!("no transform joins it to `{robot_frame}`"),
-            NoMount::Vertical => "its beam points straight up or down".to_owned(),
+            NoMount::Vertical => {
+                "its beam points straight up or down (along x of its frame; if it looks along z, \
+                                  as in frames of cameras, set sonars.beam_axis = \"z\")"
+                    .to_owned()
+            }
             NoMount::Far => "it lies farther off than 100,000 km".to_owned(),
         }
     }
@@ -380,12 +449,18 @@ impl Placing<'_> {
                 ring,
                 placed: None,
                 lacking: 0,
+                swapped: false,
             }
         });
         let named = named.collect();
-        notes.extend(unused.into_iter().map(|name| {
-            format!("the configuration describes sonar `{name}`, which the log does not have")
-        }));
+        let unused: Vec<String> = unused.iter().map(|name| format!("`{name}`")).collect();
+        if !unused.is_empty() {
+            notes.push(format!(
+                "{UNUSED} {} {}, which the log does not have",
+                plural(unused.len() as u64, "sonar"),
+                few(&unused)
+            ));
+        }
         named
     }
 
@@ -434,10 +509,19 @@ fn mount_of(known: &SonarOverride) -> Option<Pose2> {
     Some(Pose2::new(known.x?, known.y?, known.yaw?))
 }
 
+/// A beam along z of an optical frame, whose y axis points down: x, y and z of the beam are forward, left and up.
+fn optical() -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_euler_angles(0.0, -FRAC_PI_2, FRAC_PI_2);
+    Isometry3::from_parts(Translation3::identity(), turn)
+}
+
 fn in_space(pose: Pose2) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw);
     Isometry3::from_parts([pose.x, pose.y, 0.0].into(), turn)
 }
+
+/// How a note on sonars begins that the configuration has and the log has not.
+pub const UNUSED: &str = "the configuration describes";
 
 /// What a note on beams that no sonar has says of them.
 pub const TOO_WIDE: &str = "wider than any sonar's";

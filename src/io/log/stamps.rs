@@ -19,8 +19,6 @@ const FEW: usize = 3;
 const AWAY: i64 = 3_600_000_000_000;
 /// Nor does a robot with sonars drive as far from one pose to the next, metres.
 const FAR: f64 = 1000.0;
-/// So many delays are kept of each clock at the most.
-const KEPT: usize = 1024;
 
 /// The stamps of one sonar, or of the odometry, while a log is read.
 #[derive(Debug, Clone, Default)]
@@ -37,9 +35,6 @@ pub struct Clock {
     /// By how much the largest jump moved the clock and when it was recorded, nanoseconds.
     largest: Option<(i64, i64)>,
     stamped: u64,
-    /// From stamp to recording, of every so-many-th message.
-    delays: Vec<i64>,
-    stride: u64,
     /// The last message in the file, stamp and recording.
     before: Option<(i64, i64)>,
     /// First and last stamp between one jump of both clocks and the next.
@@ -50,6 +45,8 @@ pub struct Clock {
     farthest_return: i64,
 }
 
+/// No clock is set back as often.
+const MOST_RETURNS: u64 = 20;
 /// More runs than this are not told apart.
 const MOST_RUNS: usize = 512;
 
@@ -74,17 +71,6 @@ impl Clock {
                 self.suspects.clear(); // a few damaged stamps
                 self.go_on(message);
             }
-        }
-        if self.stamped.is_multiple_of(self.stride.max(1)) {
-            if self.delays.len() == KEPT {
-                self.stride = self.stride.max(1) * 2;
-                let mut keep = false;
-                self.delays.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-            }
-            self.delays.push(logged_ns.saturating_sub(stamp_ns));
         }
         self.stamped += 1;
     }
@@ -244,6 +230,9 @@ pub fn returned(ranges: &[&Clock], odometry: &Clock) -> Option<ClockSet> {
     let overlap = clocks().map(|clock| clock.overlap_and_hole().0).max()?;
     let hole = clocks().map(|clock| clock.overlap_and_hole().1).max()?;
     let returns = clocks().map(|clock| clock.returns).max()?;
+    if returns > MOST_RETURNS {
+        return None; // the order of the file, which is no clock
+    }
     let farthest = seconds(clocks().map(|clock| clock.farthest_return).max()?);
     let times = times(returns);
     if overlap > BACK {
@@ -321,33 +310,11 @@ pub fn jump(ranges: &[&Clock], odometry: &Clock) -> Option<ClockSet> {
     Some(ClockSet::new(what, ranges, odometry))
 }
 
-/// So much more or less delay of the ranges than of the odometry is worth a word, nanoseconds.
-const SKEW: i64 = 100_000_000;
 /// From this share of readings without a pose on, a word is worth it even if nothing was interrupted.
 const SHARE: f64 = 0.01;
 
 fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9
-}
-
-/// Ranges and odometry that are under way for different times.
-pub fn skew(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
-    let of_ranges = median(ranges.iter().flat_map(|clock| &clock.delays))?;
-    let of_odometry = median(odometry.delays.iter())?;
-    (of_ranges.saturating_sub(of_odometry).saturating_abs() > SKEW).then(|| {
-        format!(
-            "from stamp to recording ranges take {:.3} s and odometry {:.3} s: if their clocks differ, \
-             readings meet the poses of another time",
-            seconds(of_ranges),
-            seconds(of_odometry)
-        )
-    })
-}
-
-fn median<'a>(delays: impl Iterator<Item = &'a i64>) -> Option<i64> {
-    let mut delays: Vec<i64> = delays.copied().collect();
-    delays.sort_unstable();
-    delays.get(delays.len() / 2).copied()
 }
 
 /// Stamps that go back otherwise than by a clock that was set, which is told by itself.
@@ -441,8 +408,12 @@ pub fn uncovered(
     readings: &[RangeReading],
     samples: &[OdometrySample],
     bounds: &Frames,
+    range_delay: f64,
 ) -> Option<String> {
-    let (first, last) = (samples.first()?.stamp_ns, samples.last()?.stamp_ns);
+    let late = libm::round(range_delay * 1e9) as i64;
+    let on_their_clock = |stamp_ns: i64| stamp_ns.saturating_add(late);
+    let first = on_their_clock(samples.first()?.stamp_ns);
+    let last = on_their_clock(samples.last()?.stamp_ns);
     let up_to = |stamp: i64| readings.partition_point(|r| r.stamp_ns <= stamp);
     let below = |stamp: i64| readings.partition_point(|r| r.stamp_ns < stamp);
     let beyond = libm::round(bounds.max_extrapolation * 1e9) as i64;
@@ -452,7 +423,8 @@ pub fn uncovered(
     for pair in samples.windows(2) {
         let [a, b] = pair else { continue };
         let width = seconds(b.stamp_ns.saturating_sub(a.stamp_ns));
-        let lost = below(b.stamp_ns).saturating_sub(up_to(a.stamp_ns));
+        let [from, to] = [a, b].map(|sample| on_their_clock(sample.stamp_ns));
+        let lost = below(to).saturating_sub(up_to(from));
         if width > bounds.max_odometry_gap && lost > 0 {
             gaps += 1;
             within += lost;

@@ -7,14 +7,16 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::assemble::assemble;
+use super::assemble::{Finished, assemble};
 use super::channels::{ChannelReport, Channels};
 use super::container::{self, Loss};
 use super::error::LogError;
 use super::gather::{Gatherer, STAND_IN};
 use super::message::{Content, Role};
 use super::read::{file_name, unchecked};
+use super::sonars::UNUSED;
 use super::stamps::ClockSet;
+use super::traits::Traits;
 use crate::core::config::{Config, SonarOverride};
 use crate::core::log::Log;
 
@@ -47,6 +49,8 @@ pub struct Survey {
     pub clocks: Vec<ChannelClock>,
     /// The topic whose odometry is used.
     pub odometry_topic: Option<String>,
+    /// What the log says besides.
+    pub traits: Traits,
 }
 
 /// Looks at a log.
@@ -54,8 +58,48 @@ pub struct Survey {
 /// # Errors
 /// A file that cannot be read or is no MCAP file, and a configuration that is not allowed.
 pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
+    let (gathered, channels, losses, clocks) = look(path, config)?;
+    let mending = Mending {
+        file: file_name(path),
+        config: config.clone(),
+        gatherer: gathered,
+        obstacles: Vec::new(),
+        odometry_topic: odometry_topic(&channels),
+        no_ranges: false,
+        no_odometry: false,
+        in_part: false,
+        has_described: !config.sonar.is_empty(),
+    };
+    mending.finish(&channels, &losses, clocks)
+}
+
+/// Looks at a log as [`read`](super::read) reads it, past nothing that stops a replay.
+///
+/// # Errors
+/// As [`read`](super::read).
+pub fn as_it_is(path: &Path, config: &Config) -> Result<Survey, LogError> {
+    let (gathered, channels, losses, clocks) = look(path, config)?;
+    let finished = assemble(gathered, file_name(path), config, channels, &losses);
+    let finished = finished.map_err(|stopped| stopped.into_error(&losses))?;
+    Ok(Survey {
+        log: finished.log,
+        channels: finished.channels,
+        clock_set: finished.clock_set,
+        config: config.clone(),
+        in_part: !finished.left_out.is_empty(),
+        obstacles: finished.left_out,
+        clocks,
+        odometry_topic: Some(finished.odometry_topic),
+        traits: finished.traits,
+    })
+}
+
+/// What a log says, its channels, what is lost of it, and its clocks.
+type Looked = (Gatherer, Vec<ChannelReport>, Vec<Loss>, Vec<ChannelClock>);
+
+fn look(path: &Path, config: &Config) -> Result<Looked, LogError> {
     let mut channels = Channels::new(config)?;
-    let mut gatherer = Gatherer::default();
+    let mut gatherer = Gatherer::new(config);
     let mut clocks = Clocks::default();
     let losses = container::walk(path, unchecked(config), &mut |channel, message| {
         let read = channels.read(channel, message);
@@ -68,17 +112,7 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
     .map_err(|error| LogError::open(path, error))?;
     let file = file_name(path);
     let (channels, clocks) = together(channels.into_reports(&file)?, clocks);
-    let mending = Mending {
-        file,
-        config: config.clone(),
-        gatherer,
-        obstacles: Vec::new(),
-        odometry_topic: odometry_topic(&channels),
-        no_ranges: false,
-        no_odometry: false,
-        in_part: false,
-    };
-    mending.finish(&channels, &losses, clocks)
+    Ok((gatherer, channels, losses, clocks))
 }
 
 /// The stamp that a message carries; none for transforms, as those that never move are stamped in
@@ -140,6 +174,8 @@ struct Mending {
     no_odometry: bool,
     /// Whether a log came of it before anything was mended.
     in_part: bool,
+    /// Whether the configuration given describes sonars: placeholders are none of the user's.
+    has_described: bool,
 }
 
 impl Mending {
@@ -158,11 +194,11 @@ impl Mending {
                 losses,
             );
             match attempt {
-                Ok(finished) => {
+                Ok(mut finished) => {
                     self.in_part |= self.obstacles.is_empty() && !finished.left_out.is_empty();
-                    self.odometry_topic = Some(finished.odometry_topic);
+                    self.odometry_topic = Some(finished.odometry_topic.clone());
                     let known = self.obstacles.len();
-                    for obstacle in finished.left_out {
+                    for obstacle in std::mem::take(&mut finished.left_out) {
                         // Where there is no way past it, the sonar stays out.
                         let is_known = self.config.input.robot_frame.is_some()
                             && matches!(obstacle, LogError::NoRobotFrame { .. });
@@ -171,12 +207,7 @@ impl Mending {
                         }
                     }
                     if self.obstacles.len() == known {
-                        return Ok(self.survey(
-                            finished.log,
-                            finished.channels,
-                            finished.clock_set,
-                            clocks,
-                        ));
+                        return Ok(self.survey(finished, clocks));
                     }
                 }
                 Err(stopped) => self.mend(stopped.error)?,
@@ -184,13 +215,11 @@ impl Mending {
         }
     }
 
-    fn survey(
-        mut self,
-        mut log: Log,
-        channels: Vec<ChannelReport>,
-        clock_set: Option<ClockSet>,
-        clocks: Vec<ChannelClock>,
-    ) -> Survey {
+    fn survey(mut self, finished: Finished, clocks: Vec<ChannelClock>) -> Survey {
+        let mut log = finished.log;
+        if !self.has_described {
+            log.notes.retain(|note| !note.starts_with(UNUSED));
+        }
         if self.no_ranges {
             log.events.sonars.clear();
             log.events.readings.clear();
@@ -204,13 +233,14 @@ impl Mending {
         }
         Survey {
             log,
-            channels,
-            clock_set,
+            channels: finished.channels,
+            clock_set: finished.clock_set,
             config: self.config,
             obstacles: self.obstacles,
             in_part: self.in_part,
             clocks,
             odometry_topic: self.odometry_topic,
+            traits: finished.traits,
         }
     }
 
@@ -250,7 +280,7 @@ impl Mending {
             }
             LogError::NoRobotFrame { .. } if self.config.input.robot_frame.is_none() => {
                 self.config.input.robot_frame =
-                    Some(likely_robot_frame(&self.gatherer.transforms.frames()));
+                    Some(likely_robot_frame(&self.gatherer.namespaces.frames()));
                 if self.no_odometry {
                     return Ok(()); // follows from that
                 }
@@ -293,7 +323,7 @@ fn likely_robot_frame(frames: &[&str]) -> String {
 }
 
 /// The clock of one channel.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ChannelClock {
     /// Its messages, read or not.
     pub messages: u64,
@@ -315,6 +345,11 @@ pub struct ChannelClock {
     pub median_delay_ns: Option<i64>,
     /// The time from stamp to recording that is farthest from 0, nanoseconds.
     pub extreme_delay_ns: Option<i64>,
+    /// Within how much nine of ten delays lie, nanoseconds.
+    pub delay_spread_ns: i64,
+    /// By how much delays grow, as a share of the time that passes, and how many nanoseconds they scatter about
+    /// that.
+    pub delay_growth: Option<(f64, i64)>,
 }
 
 /// The clocks of a log while it is read, by the numbers of their channels.
@@ -326,6 +361,8 @@ struct Running {
     clock: ChannelClock,
     last_stamp: Option<i64>,
     delays: Vec<i64>,
+    /// When each of them was recorded.
+    logged: Vec<i64>,
 }
 
 impl Clocks {
@@ -360,14 +397,20 @@ impl Running {
                 clock.repeated += u64::from(self.last_stamp == Some(stamp));
                 self.last_stamp = Some(stamp);
                 self.delays.push(logged_ns.saturating_sub(stamp));
+                self.logged.push(logged_ns);
             }
         }
     }
 
     fn finish(mut self) -> ChannelClock {
+        let delay_growth = growth(&self.logged, &self.delays);
         let delays = &mut self.delays;
         delays.sort_unstable();
+        let at = |share: usize| delays.get(delays.len() * share / 20).copied();
+        let ends = at(1).zip(at(19));
         ChannelClock {
+            delay_growth,
+            delay_spread_ns: ends.map_or(0, |(low, high)| high.saturating_sub(low)),
             median_delay_ns: delays.get(delays.len() / 2).copied(),
             extreme_delay_ns: delays
                 .first()
@@ -378,6 +421,41 @@ impl Running {
             ..self.clock
         }
     }
+}
+
+/// Fewer messages than this show no growth.
+const ENOUGH: usize = 20;
+
+/// By how much delays grow with the time of recording, from the middle of those of the first third to that of the
+/// last, and how far nine of ten lie apart about that line.
+fn growth(logged: &[i64], delays: &[i64]) -> Option<(f64, i64)> {
+    let third = delays.len() / 3;
+    if delays.len() < ENOUGH {
+        return None;
+    }
+    let middle = |values: &[i64]| {
+        let mut values = values.to_vec();
+        values.sort_unstable();
+        values.get(values.len() / 2).copied()
+    };
+    let ends = |values: &[i64]| {
+        let (first, last) = (values.get(..third)?, values.get(values.len() - third..)?);
+        Some((middle(first)?, middle(last)?))
+    };
+    let ((from, to), (low, high)) = (ends(logged)?, ends(delays)?);
+    let passed = to.saturating_sub(from);
+    if passed <= 0 {
+        return None;
+    }
+    let rate = high.saturating_sub(low) as f64 / passed as f64;
+    let about = logged.iter().zip(delays).map(|(logged, delay)| {
+        let expected = rate * logged.saturating_sub(from) as f64;
+        delay.saturating_sub(low).saturating_sub(expected as i64)
+    });
+    let mut about: Vec<i64> = about.collect();
+    about.sort_unstable();
+    let at = |share: usize| about.get(about.len() * share / 20).copied();
+    Some((rate, at(19)?.saturating_sub(at(1)?)))
 }
 
 impl ChannelClock {
@@ -402,6 +480,8 @@ impl ChannelClock {
             backward: self.backward + other.backward,
             repeated: self.repeated + other.repeated,
             median_delay_ns: busier.median_delay_ns,
+            delay_spread_ns: busier.delay_spread_ns,
+            delay_growth: busier.delay_growth,
             extreme_delay_ns: extremes.max_by_key(|delay| delay.unsigned_abs()),
         }
     }

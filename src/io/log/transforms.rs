@@ -132,6 +132,27 @@ impl TransformTree {
         }
     }
 
+    /// Takes the transforms of frames that are not known yet; whether those of known ones say something else.
+    pub fn join(&mut self, other: Self) -> bool {
+        let mut differs = false;
+        for (child, edge) in other.edges {
+            match self.edges.get(&child) {
+                Some(known) => {
+                    differs |= known.parent != edge.parent
+                        || known.parent_from_child != edge.parent_from_child;
+                }
+                None if self.edges.len() >= MOST_FRAMES => {}
+                None => {
+                    self.edges.insert(child, edge);
+                }
+            }
+        }
+        for (child, count) in other.unusable {
+            *self.unusable.entry(child).or_default() += count;
+        }
+        differs
+    }
+
     /// What a person is told of transforms that are none.
     pub fn note(&self) -> Option<String> {
         let count: u64 = self.unusable.values().sum();

@@ -35,7 +35,7 @@ pub const TYPES: &[MessageType] = &[
         "sensor_msgs/Range",
         Role::Range,
         ranges::range,
-        "header.stamp header.frame_id range min_range max_range field_of_view variance",
+        "header.stamp header.frame_id range min_range max_range field_of_view variance radiation_type",
     ),
     of(
         "sensor_msgs/LaserScan",
@@ -66,7 +66,8 @@ pub const TYPES: &[MessageType] = &[
         "nav_msgs/Odometry",
         Role::Odometry,
         poses::odometry,
-        "header.stamp header.frame_id child_frame_id pose.pose.position:xyz pose.pose.orientation:xyzw",
+        "header.stamp header.frame_id child_frame_id pose.pose.position:xyz pose.pose.orientation:xyzw \
+         twist.twist.linear:xy twist.twist.angular.z",
     ),
     of(
         "foxglove.Odometry",
@@ -95,7 +96,7 @@ pub const TYPES: &[MessageType] = &[
     of(
         "geometry_msgs/TransformStamped",
         Role::Pose,
-        poses::odometry,
+        poses::transform_stamped,
         "header.stamp header.frame_id child_frame_id transform.translation:xyz transform.rotation:xyzw",
     ),
     of(

@@ -1,7 +1,8 @@
 //! The fields that are wanted of a message, whatever it was encoded in.
 //!
 //! A field has a path: names joined by dots. Behind an array a path goes on into each of its elements, so
-//! that the field is a column; `[]` may stand behind the array's name and changes nothing.
+//! that the field is a column; `[]` may stand behind the array's name and changes nothing, `[1]` chooses its
+//! second element.
 
 use std::borrow::Cow;
 
@@ -45,9 +46,14 @@ pub struct Fields<'m> {
 impl Fields<'_> {
     /// The first so many of them.
     pub fn all<const N: usize>(&self) -> [Field<'_>; N] {
-        std::array::from_fn(|i| Field {
-            path: self.paths.get(i).map_or("", String::as_str),
-            value: Cow::Borrowed(self.values.get(i).unwrap_or(&Value::Nothing)),
+        std::array::from_fn(|i| {
+            let path = self.paths.get(i).map_or("", String::as_str);
+            let value = self.values.get(i).unwrap_or(&Value::Nothing);
+            let value = match element_of(path) {
+                Some(element) => Cow::Owned(value.element(element)),
+                None => Cow::Borrowed(value),
+            };
+            Field { path, value }
         })
     }
 }
@@ -156,6 +162,17 @@ impl<'a> Field<'a> {
 }
 
 impl Value<'_> {
+    /// One element of an array or a column; nothing of what is neither.
+    fn element(&self, element: usize) -> Self {
+        let found = match self {
+            Self::Bytes(bytes) => bytes.get(element).map(|byte| Self::Int((*byte).into())),
+            Self::Numbers(numbers) => numbers.get(element).copied().map(Self::Float),
+            Self::List(items) => items.get(element).cloned(),
+            _ => None,
+        };
+        found.unwrap_or(Self::Nothing)
+    }
+
     /// JSON writers put infinities and NaN, and some put long integers, as text.
     pub fn as_number(&self) -> Option<f64> {
         match self {
@@ -207,11 +224,20 @@ pub fn time_of(seconds: i64, nanoseconds: i64) -> i64 {
 /// Where a path goes on behind a field: `Some("")` where it ends there, `None` where it begins otherwise.
 pub fn behind<'p>(path: &'p str, field: &str) -> Option<&'p str> {
     let rest = path.strip_prefix(field)?;
-    let rest = rest.strip_prefix("[]").unwrap_or(rest);
+    let rest = match rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+        Some((element, rest)) if element.bytes().all(|digit| digit.is_ascii_digit()) => rest,
+        _ => rest,
+    };
     match rest.strip_prefix('.') {
         Some(rest) => Some(rest),
         None => rest.is_empty().then_some(""),
     }
+}
+
+/// The element that a path chooses of an array, as `position[1]` does.
+fn element_of(path: &str) -> Option<usize> {
+    let (_, behind) = path.split_once('[')?;
+    behind.split_once(']')?.0.parse().ok()
 }
 
 #[cfg(test)]
@@ -224,6 +250,21 @@ mod tests {
         assert_eq!(behind("echoes[].range", "echoes"), Some("range"));
         assert_eq!(behind("ranges[]", "ranges"), Some(""));
         assert_eq!(behind("ranges_far", "ranges"), None);
+        assert_eq!(behind("position[1]", "position"), Some(""));
+        assert_eq!(behind("position[x]", "position"), None);
+    }
+
+    #[test]
+    fn one_element_of_an_array_is_a_field_of_its_own() {
+        let paths = ["position[1]", "position[3]", "x[0]"].map(str::to_owned);
+        let position = || Value::Numbers(vec![1.0, 2.0, 3.0]);
+        let fields = Fields {
+            paths: &paths,
+            values: vec![position(), position(), Value::Float(1.0)],
+        };
+        let [second, fourth, of_none] = fields.all();
+        assert_eq!(second.number(), Ok(2.0));
+        assert!(!fourth.is_there() && !of_none.is_there());
     }
 
     #[test]

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 
 use toml::Value;
 
-use super::facts::{Facts, missing_mounts, without_beam};
-use super::sonars::SonarFacts;
-use super::trial::{Replayable, wider_gap};
 use crate::core::legible::one_line;
 use crate::core::replay::ReplayError;
 use crate::io::config::keys;
 use crate::io::log::survey::{PLACEHOLDER_BEAM_WIDTH, PLACEHOLDER_MAX_RANGE};
 use crate::io::log::{LogError, MissingMount};
+use crate::tools::findings::facts::{Facts, missing_mounts, without_beam};
+use crate::tools::findings::sonars::SonarFacts;
+use crate::tools::findings::trial::{Replayable, wider_gap};
 
 /// Keys by section, in the order in which they came up.
 #[derive(Debug, Default)]

@@ -1,6 +1,5 @@
 //! Findings on logs that are made up event by event.
 
-use super::finding::Weight;
 use super::*;
 use crate::core::config::Config;
 use crate::core::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
@@ -10,6 +9,8 @@ use crate::io::config::file::{check, parse};
 use crate::io::log::Role;
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::survey::ChannelClock;
+use crate::io::log::traits::Traits;
+use crate::tools::findings::finding::Weight;
 
 /// Two sonars on a robot that drives 0.1 m a second past a wall, in numbers on no raster.
 fn good() -> Events {
@@ -49,7 +50,11 @@ fn good() -> Events {
 }
 
 fn info(events: Events) -> Info {
-    Info::new(surveyed(events))
+    told(&surveyed(events))
+}
+
+fn told(survey: &Survey) -> Info {
+    Info::new(survey, &|_| None)
 }
 
 fn surveyed(events: Events) -> Survey {
@@ -69,6 +74,7 @@ fn surveyed(events: Events) -> Survey {
         in_part: false,
         clocks: Vec::new(),
         odometry_topic: Some("/odom".into()),
+        traits: Traits::default(),
     }
 }
 
@@ -90,7 +96,7 @@ fn a_channel_that_is_not_read_is_told_once() {
         }];
         survey.clocks = vec![ChannelClock::default()];
         survey.log.losses = losses.iter().map(|loss| (*loss).to_owned()).collect();
-        codes(&Info::new(survey))
+        codes(&told(&survey))
     };
     let of_it = "/a, b, 3 messages: left out";
     assert_eq!(told(&[of_it]), ["unread-channel"]);

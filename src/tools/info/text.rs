@@ -6,15 +6,15 @@ use std::fmt::Write as _;
 use comfy_table::{ColumnConstraint, Width};
 
 use super::Info;
-use super::facts::{ChannelFacts, Facts};
-use super::finding::{Finding, Weight};
-use super::odometry::OdometryFacts;
-use super::sonars::{MountFacts, SonarFacts};
-use super::trial::Replayable;
 use crate::core::legible::{legible, one_line, shortened};
 use crate::core::rounding::fixed;
 use crate::core::statistics::{fraction, median, seconds};
 use crate::core::wording::counted;
+use crate::tools::findings::facts::{ChannelFacts, Facts};
+use crate::tools::findings::finding::{Finding, Weight};
+use crate::tools::findings::odometry::OdometryFacts;
+use crate::tools::findings::sonars::{MountFacts, SonarFacts};
+use crate::tools::findings::trial::Replayable;
 use crate::tools::tables::{LONGEST_NAME, fitting, listed, name, optional, render, section, table};
 
 /// Longest part of a finding, characters.

@@ -1,6 +1,6 @@
 //! One record after the other, from the header to the end of the data; and where to go on behind damage.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read, Seek};
 use std::path::Path;
@@ -9,8 +9,8 @@ use super::channels::{Delivery, Visit};
 use super::chunk::{self, Times, Unpacker};
 use super::loss::{BEHIND, Loss, Losses, SUMMARY, Why, wider};
 use super::record::{
-    self, ChunkHeader, ChunkIndex, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Identity, Inner,
-    MAGIC, MAGIC_LENGTH, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
+    self, Channel, ChunkHeader, ChunkIndex, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Identity,
+    Inner, MAGIC, MAGIC_LENGTH, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
 };
 use super::source::{CHAIN, Prefix, Source};
 use super::summary::{Index, Listing, Tail, data_agrees};
@@ -36,7 +36,35 @@ pub enum OpenError {
     #[error("it is empty: 0 bytes")]
     Empty,
     #[error("it neither begins nor ends with the MCAP magic bytes")]
-    NotMcap,
+    NotMcap(&'static str),
+    /// A folder.
+    #[error("it is a folder without a .mcap file")]
+    NoParts,
+}
+
+/// What files are that are given for logs, by their first bytes.
+const OTHERS: [(&[u8], &str); 5] = [
+    (
+        b"#ROSBAG",
+        "it is a ROS 1 bag: `mcap convert` makes a log of it",
+    ),
+    (
+        b"SQLite format 3",
+        "it is a .db3 file of a rosbag2 folder: `ros2 bag convert` makes a log of it",
+    ),
+    (b"\x1f\x8b", "it is zipped: `gunzip` unpacks it"),
+    (b"\x28\xb5\x2f\xfd", "it is zipped: `unzstd` unpacks it"),
+    (
+        b"version https://git-lfs",
+        "it is what Git LFS puts in the place of a file: `git lfs pull` fetches the file",
+    ),
+];
+
+/// What a file is, and what to do about it.
+fn what_it_is<R: Read + Seek>(source: &mut Source<R>) -> io::Result<&'static str> {
+    let begin = source.get(0, 32)?;
+    let found = OTHERS.iter().find(|(magic, _)| begin.starts_with(magic));
+    Ok(found.map_or("", |(_, what)| what))
 }
 
 /// Calls `visit` with every message of the file that can be trusted, in file order.
@@ -51,11 +79,70 @@ pub fn walk(
     // Opening a pipe would wait for a writer.
     let metadata = std::fs::metadata(path)?;
     match metadata.file_type() {
-        kind if kind.is_dir() => Err(io::Error::from(io::ErrorKind::IsADirectory).into()),
+        kind if kind.is_dir() => walk_folder(path, unchecked, visit),
         kind if !kind.is_file() => Err(OpenError::NoFile),
         _ if metadata.len() == 0 => Err(OpenError::Empty),
         _ => walk_in(File::open(path)?, unchecked, visit),
     }
+}
+
+/// Walks over the parts of a recording that `ros2 bag` split, which lie in one folder, in the order of their
+/// numbers. Channels that are the same in several parts are one.
+fn walk_folder(
+    folder: &Path,
+    unchecked: Unchecked,
+    visit: &mut Visit<'_>,
+) -> Result<Vec<Loss>, OpenError> {
+    let mut parts = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let part = entry?.path();
+        if part
+            .extension()
+            .is_some_and(|extension| extension == "mcap")
+            && part.is_file()
+        {
+            parts.push(part);
+        }
+    }
+    if parts.is_empty() {
+        return Err(OpenError::NoParts);
+    }
+    parts.sort_by_cached_key(|part| (number(part), part.clone()));
+    let mut channels: Vec<Channel> = Vec::new();
+    let mut losses = Vec::new();
+    for part in parts {
+        // By its number in the part, the number in the whole.
+        let mut numbers = BTreeMap::new();
+        let lost = walk(&part, unchecked, &mut |channel, message| {
+            let place = *numbers.entry(channel.id).or_insert_with(|| {
+                let is_it = |known: &Channel| {
+                    known.topic == channel.topic
+                        && known.encoding == channel.encoding
+                        && known.schema == channel.schema
+                };
+                let place = channels.iter().position(is_it).unwrap_or(channels.len());
+                if let (true, Ok(id)) = (place == channels.len(), u16::try_from(place)) {
+                    channels.push(Channel {
+                        id,
+                        ..channel.clone()
+                    });
+                }
+                place
+            });
+            if let Some(channel) = channels.get(place) {
+                visit(channel, message);
+            }
+        });
+        losses.extend(lost?);
+    }
+    Ok(losses)
+}
+
+/// The number at the end of a part's name: 10 of `bag_10.mcap`.
+fn number(part: &Path) -> u64 {
+    let name = part.file_stem().unwrap_or_default().to_string_lossy();
+    let digits = name.rsplit(|c: char| !c.is_ascii_digit()).next();
+    digits.and_then(|digits| digits.parse().ok()).unwrap_or(0)
 }
 
 /// [`walk`] over anything that can be read from any place.
@@ -98,7 +185,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
         let mut tail = Tail::read(&mut source)?;
         let begins = source.peek(0)? == Some(MAGIC);
         if !(begins || tail.footer) {
-            return Err(OpenError::NotMcap);
+            return Err(OpenError::NotMcap(what_it_is(&mut source)?));
         }
         let mut losses = Losses::default();
         if !begins {

@@ -26,6 +26,7 @@ fn log_of(courses: &[((&str, &str), std::ops::Range<i32>, f64)]) -> Made {
             Translation3::new(x, 0.0, 0.0),
             UnitQuaternion::identity(),
         )),
+        ..TransformMessage::default()
     };
     let (mut moving, mut transforms) = (Moving::default(), TransformTree::default());
     transforms.add(transform(1, "base_link", "sonar", 0.1), Origin::Fixed);
@@ -223,7 +224,7 @@ fn transforms_that_hold_no_pose_are_counted() {
             stamp_ns: 5,
             parent: "odom".to_owned(),
             child: "base_link".to_owned(),
-            parent_from_child: None,
+            ..TransformMessage::default()
         },
     );
     let chosen = made.by_transforms(&Config::default()).unwrap().unwrap();

@@ -55,6 +55,7 @@ fn the_robots_frame_is_guessed_from_the_frames_there_are() {
 #[test]
 fn an_empty_log_has_neither_ranges_nor_odometry() {
     let mending = Mending {
+        has_described: false,
         file: "f".into(),
         config: Config::default(),
         gatherer: Gatherer::default(),

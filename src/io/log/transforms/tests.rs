@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 fn transform(parent: &str, child: &str, xyz: [f64; 3], rpy: [f64; 3]) -> TransformMessage {
     TransformMessage {
-        stamp_ns: 0,
         parent: parent.into(),
         child: child.into(),
         parent_from_child: Some(Isometry3::from_parts(
             Translation3::from(Vector3::from(xyz)),
             UnitQuaternion::from_euler_angles(rpy[0], rpy[1], rpy[2]),
         )),
+        ..TransformMessage::default()
     }
 }
 

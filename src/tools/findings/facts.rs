@@ -7,6 +7,7 @@ use super::sonars::{self, SonarFacts};
 use super::trial::{Replayable, Trial};
 use crate::core::event::RangeReading;
 use crate::core::observer::Source;
+use crate::core::replay::Outcome;
 use crate::core::rounding::optional;
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::survey::{ChannelClock, Survey};
@@ -29,20 +30,19 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// The facts of a surveyed log that meets these obstacles.
-    pub fn new(survey: Survey, obstacles: &[LogError]) -> Self {
+    /// The facts of a surveyed log, with what a replay of it came to where there was one already.
+    pub fn new(survey: &Survey, outcome: Option<Outcome>) -> Self {
         let Survey {
             log,
-            channels,
             clock_set,
             config,
             in_part,
-            clocks,
             odometry_topic,
+            obstacles,
             ..
         } = survey;
-        let channels = self::channels(&channels, &clocks);
-        let mut sonars = sonars::sonars(&log.events, &config);
+        let channels = self::channels(&survey.channels, &survey.clocks);
+        let mut sonars = sonars::sonars(&log.events, config);
         // What a placeholder stands for is not known.
         let (mounts, beams) = (missing_mounts(obstacles), without_beam(obstacles));
         for sonar in &mut sonars {
@@ -55,7 +55,7 @@ impl Facts {
             odometry_topic.as_deref(),
             &log.events,
             clock_set.as_ref().map_or(&[], |set| &set.twice),
-            &config,
+            config,
         );
         let no_odometry = |o: &LogError| {
             matches!(
@@ -63,15 +63,21 @@ impl Facts {
                 LogError::NoOdometry { .. } | LogError::NoSuchFrame { .. }
             )
         };
-        let replay = if sonars.is_empty() || obstacles.iter().any(no_odometry) {
-            Trial::none(config)
-        } else {
-            let as_it_is = match (obstacles.is_empty(), in_part) {
-                (true, _) => Replayable::Yes,
-                (false, true) => Replayable::InPart,
-                (false, false) => Replayable::WithSkeleton,
-            };
-            Trial::run(&log, config, odometry.as_ref(), as_it_is)
+        let as_it_is = match (obstacles.is_empty(), in_part) {
+            (true, _) => Replayable::Yes,
+            (false, true) => Replayable::InPart,
+            (false, false) => Replayable::WithSkeleton,
+        };
+        let replay = match outcome {
+            Some(outcome) => Trial {
+                possible: as_it_is,
+                outcome: Some(outcome),
+                ..Trial::none(config.clone())
+            },
+            None if sonars.is_empty() || obstacles.iter().any(no_odometry) => {
+                Trial::none(config.clone())
+            }
+            None => Trial::run(log, config.clone(), odometry.as_ref(), as_it_is),
         };
         if let Some(outcome) = &replay.outcome {
             for sonar in &mut sonars {
@@ -82,19 +88,19 @@ impl Facts {
         let (start_ns, end_ns) = span(&log.events.readings, &channels);
         Self {
             source: Source {
-                file: log.file,
+                file: log.file.clone(),
                 messages: log.messages,
                 start_ns,
                 end_ns,
                 complete: log.losses.is_empty() && replay.possible != Replayable::InPart,
-                lost: log.losses,
+                lost: log.losses.clone(),
                 notes: Vec::new(),
             },
             replay,
             channels,
             sonars,
             odometry,
-            clock_set,
+            clock_set: clock_set.clone(),
         }
     }
 }
@@ -173,6 +179,12 @@ pub struct ChannelFacts {
     /// The time from stamp to recording that is farthest from 0, seconds.
     #[serde(serialize_with = "optional")]
     pub extreme_delay: Option<f64>,
+    /// Within how much nine of ten delays lie, seconds.
+    #[serde(skip)]
+    pub delay_spread: f64,
+    /// By how much delays grow in a second, and within how much nine of ten lie about that, seconds.
+    #[serde(skip)]
+    pub delay_growth: Option<(f64, f64)>,
 }
 
 /// The facts of every channel and its clock.
@@ -201,6 +213,10 @@ pub fn channels(reports: &[ChannelReport], clocks: &[ChannelClock]) -> Vec<Chann
             out_of_order: clock.out_of_order,
             median_delay: clock.median_delay_ns.map(seconds),
             extreme_delay: clock.extreme_delay_ns.map(seconds),
+            delay_spread: seconds(clock.delay_spread_ns),
+            delay_growth: clock
+                .delay_growth
+                .map(|(rate, about)| (rate, seconds(about))),
         })
         .collect()
 }

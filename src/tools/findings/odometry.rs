@@ -30,6 +30,9 @@ pub struct OdometryFacts {
     /// Time from sample to sample that 95 of 100 keep below, seconds.
     #[serde(serialize_with = "optional")]
     pub usual_interval: Option<f64>,
+    /// `frames.max_odometry_gap` by which gaps are counted, seconds.
+    #[serde(skip)]
+    pub gap_bound: f64,
     /// Pairs of neighbouring samples farther apart than `frames.max_odometry_gap`.
     pub gaps: u64,
     /// The longest time between neighbouring samples.
@@ -103,6 +106,7 @@ pub fn odometry(
         rate: rate(samples.len(), first.stamp_ns, last.stamp_ns),
         median_interval: median(&intervals),
         usual_interval: quantile(&intervals, 0.95),
+        gap_bound: config.frames.max_odometry_gap,
         gaps: leaps.iter().filter(gap).count() as u64,
         longest_gap: largest(&leaps, |leap| leap.seconds),
         largest_jump: largest(&ways, |leap| leap.distance),

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::core::legible::one_line;
+
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -44,6 +46,42 @@ impl Finding {
         }
     }
 }
+
+impl Finding {
+    /// In one line.
+    pub fn line(&self) -> String {
+        let mut line = one_line(&self.what).into_owned();
+        if !self.effect.is_empty() {
+            line.push_str(": ");
+            line.push_str(&one_line(&self.effect));
+        }
+        if !self.mend.is_empty() {
+            line.push_str(". To do: ");
+            line.push_str(&one_line(&self.mend));
+        }
+        line
+    }
+
+    /// Whether what the reader notes or refuses says it already.
+    pub fn is_noted(&self) -> bool {
+        NOTED.contains(&self.code)
+    }
+}
+
+/// Findings that come with a note, a loss or an error of their own.
+const NOTED: [&str; 11] = [
+    "beam-width",
+    "clock-jump",
+    "incomplete",
+    "no-beam-width",
+    "no-echo",
+    "no-mount",
+    "no-pose",
+    "noise",
+    "repeats",
+    "unread-channel",
+    "unstamped",
+];
 
 /// `a`, `a and b`, `a, b and 14 more`.
 pub fn names<'a>(names: impl IntoIterator<Item = &'a str>) -> String {

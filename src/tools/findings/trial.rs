@@ -1,12 +1,17 @@
 //! A replay that writes nothing, to see what comes of a log.
 
+use std::path::Path;
+
 use serde::{Serialize, Serializer};
 
 use super::odometry::OdometryFacts;
 use crate::core::config::Config;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay, ReplayError};
+use crate::core::statistics::fraction;
+use crate::io::log;
 use crate::observe::features::Counts;
+use crate::tools::sweep::score::Score;
 
 /// Whether a log can be replayed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -80,6 +85,43 @@ impl Trial {
         }
     }
 }
+
+/// What comes of a log with other keys: what its own map explains of it; `None` where nothing does.
+pub type Attempt<'a> = dyn Fn(&Config) -> Option<Explained> + 'a;
+
+/// Replays a file with other keys, and writes nothing.
+pub fn attempted(path: &Path, config: &Config) -> Option<Explained> {
+    let log = log::read(path, config).ok()?;
+    let outcome = Replay::new(&log, config).ok()?.run(&mut []).ok()?;
+    Some(Explained::new(&outcome))
+}
+
+/// How well a replay's own map explains its arcs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Explained {
+    /// Share of the arcs.
+    pub share: f64,
+    /// Bits that an arc takes, the map included.
+    pub bits: f64,
+}
+
+impl Explained {
+    pub fn new(outcome: &Outcome) -> Self {
+        let score = Score::new(outcome, None);
+        Self {
+            share: fraction(score.explained, score.arcs),
+            bits: score.bits.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Whether it is plainly better than another.
+    pub fn beats(self, other: Self) -> bool {
+        self.bits < other.bits - GAIN && self.share > other.share
+    }
+}
+
+/// Advice that saves fewer bits an arc is not given.
+const GAIN: f64 = 0.1;
 
 /// Changes the parameter that a replay refused; `None` where no other value would do.
 fn mend(

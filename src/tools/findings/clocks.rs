@@ -1,0 +1,159 @@
+//! Clocks of ranges and of odometry that do not agree: one is ahead, one runs faster, one is coarse. Each has its
+//! own cause, and the delay in the middle is the same for all.
+
+use super::examined::Examined;
+use super::facts::{ChannelFacts, Facts};
+use super::finding::{Finding, Weight};
+use super::stamps::used;
+use crate::core::statistics::seconds;
+
+/// So much more or less delay of the ranges than of the odometry is worth a word, seconds.
+const SKEW: f64 = 0.1;
+/// Stamps this far from the time of recording come from another clock, seconds.
+const OTHER_CLOCK: f64 = 10.0;
+/// Stamps that are all multiples of one of these are coarse, seconds.
+const COARSE: [f64; 4] = [10.0, 1.0, 0.5, 0.1];
+/// A share of the stamps that is all of them, but for damage.
+const ALL: f64 = 0.95;
+/// Stamped by the recording, ranges are late by what they take under way, and the key says so.
+const BY_RECORDING: &str = "input.range_stamps = \"recording\"";
+
+/// A clock by the busiest channel that it stamps.
+struct Clock<'a> {
+    channel: &'a ChannelFacts,
+    delay: f64,
+}
+
+/// How long ranges and odometry are under way; delays to a clock that was set say nothing of another.
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    found(of).into_iter().collect()
+}
+
+fn found(of: &Examined<'_>) -> Option<Finding> {
+    let facts = of.facts;
+    let (ranges, odometry) = (clock(facts, "range")?, clock(facts, "odometry")?);
+    if facts.clock_set.is_some() {
+        return None;
+    }
+    coarse(of, &ranges)
+        .or_else(|| running(of, &ranges, &odometry))
+        .or_else(|| ahead(of, &ranges, &odometry))
+        .or_else(|| other(&ranges))
+}
+
+fn clock<'a>(facts: &'a Facts, role: &'a str) -> Option<Clock<'a>> {
+    let clocks = used(facts, role).filter_map(|channel| {
+        let delay = channel.median_delay?;
+        Some(Clock { channel, delay })
+    });
+    clocks.max_by_key(|clock| clock.channel.stamped)
+}
+
+/// Stamps in whole seconds (kevinmcaleer/snakeros#27).
+fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
+    let stamps = || {
+        of.survey
+            .log
+            .events
+            .readings
+            .iter()
+            .map(|reading| reading.stamp_ns)
+    };
+    let is_on = |step: &f64| {
+        let step_ns = libm::round(step * 1e9) as i64;
+        let on = stamps().filter(|stamp| stamp % step_ns == 0).count();
+        on as f64 > ALL * stamps().count() as f64 && ranges.channel.delay_spread > 0.7 * step
+    };
+    let step = COARSE.into_iter().find(is_on)?;
+    let tried = of.tried(BY_RECORDING).unwrap_or_default();
+    Some(Finding::new(
+        Weight::Serious,
+        "coarse-stamps",
+        format!(
+            "the ranges are stamped in whole steps of {step} s, and recorded up to {:.2} s later",
+            ranges.channel.delay_spread
+        ),
+        "readings meet the pose of the last full step, and walls come in stairs",
+        format!("let the driver stamp to the nanosecond; for this log {BY_RECORDING}{tried}"),
+    ))
+}
+
+/// A clock that runs faster or slower than the other.
+fn running(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Option<Finding> {
+    let (growth, about) = ranges.channel.delay_growth?;
+    let (of_odometry, _) = odometry.channel.delay_growth.unwrap_or_default();
+    let rate = growth - of_odometry;
+    let lasted = seconds(of.facts.source.start_ns, of.facts.source.end_ns);
+    let grown = rate * lasted;
+    if grown.abs() < SKEW || grown.abs() < 3.0 * about {
+        return None;
+    }
+    let tried = of.tried(BY_RECORDING).unwrap_or_default();
+    Some(Finding::new(
+        Weight::Serious,
+        "clock-rate",
+        format!(
+            "the clock of the ranges runs {:.2} % {} than that of the odometry: in {lasted:.1} s they come {:.2} s \
+             apart",
+            100.0 * rate.abs(),
+            if rate > 0.0 { "slower" } else { "faster" },
+            grown.abs()
+        ),
+        "readings meet poses that are the more wrong the longer the log is",
+        format!("synchronise the clocks again and again; for this log {BY_RECORDING}{tried}"),
+    ))
+}
+
+/// A clock that is ahead of the other, or behind it.
+fn ahead(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Option<Finding> {
+    let skew = ranges.delay - odometry.delay;
+    if skew.abs() <= SKEW {
+        return None;
+    }
+    let speed = of.facts.odometry.as_ref().map_or(0.0, |odometry| {
+        odometry.distance / seconds(odometry.first_ns, odometry.last_ns)
+    });
+    let speed = if speed.is_finite() { speed } else { 0.0 };
+    let delay = of.survey.config.input.range_delay - skew;
+    let key = format!("input.range_delay = {delay:.3}");
+    let tried = match of.facts.replay.outcome {
+        Some(_) => of.tried(&key),
+        None => None,
+    };
+    Some(Finding::new(
+        Weight::Serious,
+        "clock-skew",
+        format!(
+            "from stamp to recording ranges take {:.3} s and odometry {:.3} s",
+            ranges.delay, odometry.delay
+        ),
+        format!(
+            "if the clocks differ and not the ways, readings meet the wrong poses: {:.2} m off at the robot's mean \
+             speed",
+            (speed * skew).abs()
+        ),
+        match tried {
+            Some(tried) => format!("the clocks differ: set {key}{tried}, and synchronise them"),
+            None => {
+                "synchronise the clocks of sonar driver and odometry, or stamp both on one computer"
+                    .to_owned()
+            }
+        },
+    ))
+}
+
+/// Stamps of another clock than the recording's, as since boot.
+fn other(ranges: &Clock<'_>) -> Option<Finding> {
+    (ranges.delay.abs() > OTHER_CLOCK).then(|| {
+        Finding::new(
+            Weight::Notable,
+            "other-clock",
+            format!(
+                "stamps lie {:.0} s before the time of recording",
+                ranges.delay
+            ),
+            "none, if ranges and odometry share the clock: stamps count",
+            "",
+        )
+    })
+}

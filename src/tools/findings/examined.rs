@@ -1,0 +1,48 @@
+//! What the checks look at, and how advice is tried before it is given.
+
+use super::facts::Facts;
+use super::trial::{Attempt, Explained};
+use crate::core::config::Config;
+use crate::io::config::file::overridden;
+use crate::io::log::survey::Survey;
+
+/// What the checks look at.
+pub struct Examined<'a> {
+    pub facts: &'a Facts,
+    pub survey: &'a Survey,
+    /// Replays the log with other keys.
+    pub attempt: &'a Attempt<'a>,
+}
+
+impl Examined<'_> {
+    /// What a replay of the log as it is explains; `None` where there was none.
+    pub fn explained(&self) -> Option<Explained> {
+        self.facts.replay.outcome.as_ref().map(Explained::new)
+    }
+
+    /// What a replay explains with other keys, where that is plainly more than as it is, or where there was
+    /// none; in words for the end of advice.
+    pub fn tried(&self, keys: &str) -> Option<String> {
+        let with = self.explained_with(keys)?;
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        match self.explained() {
+            None => Some(format!(
+                " (tried: its map explains {} of the arcs)",
+                percent(with.share)
+            )),
+            Some(without) => with.beats(without).then(|| {
+                format!(
+                    " (tried: its map explains {} of the arcs, {} without)",
+                    percent(with.share),
+                    percent(without.share)
+                )
+            }),
+        }
+    }
+
+    /// What a replay explains with other keys.
+    fn explained_with(&self, keys: &str) -> Option<Explained> {
+        let config: Config = overridden(&self.survey.config, keys).ok()?;
+        (self.attempt)(&config)
+    }
+}

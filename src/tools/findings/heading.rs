@@ -1,0 +1,153 @@
+//! A heading that does not go with the way that the robot drives, or with the speeds that come with the poses:
+//! mirrored (NED), in degrees, of another node.
+
+use std::f64::consts::FRAC_PI_4;
+
+use super::examined::Examined;
+use super::finding::{Finding, Weight};
+use super::{interleaved, poses, speed};
+use crate::core::event::OdometrySample;
+use crate::core::geometry::{Vec2, direction, wrap_angle};
+
+/// Less way tells nothing, metres.
+const ENOUGH: f64 = 1.0;
+/// Shorter steps have no direction, metres.
+const STEP: f64 = 0.002;
+/// Directions that agree so well are one.
+const STEADY: f64 = 0.9;
+/// Directions that agree no better have nothing to do with each other.
+const LOOSE: f64 = 0.5;
+/// By so much ways or turns by poses may differ from those by speeds, as a factor.
+const FACTOR: f64 = 2.0;
+
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    found(of).into_iter().collect()
+}
+
+fn found(of: &Examined<'_>) -> Option<Finding> {
+    let samples = &of.survey.log.events.odometry;
+    if poses::are_none(&of.survey.traits.poses)
+        || interleaved::apart(samples).is_some()
+        || speed::usual(samples).is_some_and(|speed| speed > speed::FASTEST)
+    {
+        return None; // from which it follows
+    }
+    let (what, weight) = against_speeds(of)
+        .map(|what| (what, Weight::Serious))
+        .or_else(|| against_travel(samples))?;
+    Some(Finding::new(
+        weight,
+        "heading",
+        what,
+        "beams are laid into wrong directions, and walls do not join",
+        "headings are counter-clockwise from x, in radians, of the frame that the sonars are mounted in (REP 103): \
+         look at what makes them",
+    ))
+}
+
+/// What the poses say other than the speeds in the same messages.
+fn against_speeds(of: &Examined<'_>) -> Option<String> {
+    let poses = &of.survey.traits.poses;
+    let ([way, said], [together, squares]) = (poses.ways, poses.turns);
+    if poses.are_of_twist || way.min(said) < ENOUGH / 10.0 || way.max(said) < ENOUGH {
+        return None;
+    }
+    let along = poses.way_along / way;
+    let rate = together / squares.max(f64::MIN_POSITIVE);
+    if along < LOOSE {
+        return Some(format!(
+            "of {way:.1} m that the poses move, {:.1} m go where heading and speeds of the same messages say",
+            poses.way_along
+        ));
+    }
+    if !(1.0 / FACTOR..FACTOR).contains(&(way / said)) {
+        return Some(format!(
+            "the robot drives {way:.1} m by its poses and {said:.1} m by its speeds"
+        ));
+    }
+    (squares.sqrt() > 0.1 && !(1.0 / FACTOR..FACTOR).contains(&rate)).then(|| {
+        format!("the heading turns {rate:.2} times as fast as the rates of turn in the same messages say")
+    })
+}
+
+/// What the heading is to the direction of travel.
+fn against_travel(samples: &[OdometrySample]) -> Option<(String, Weight)> {
+    let (mut with, mut against, mut way) = (Vec2::zeros(), Vec2::zeros(), 0.0);
+    for [a, b] in samples.array_windows() {
+        let step = b.world_from_robot.position() - a.world_from_robot.position();
+        if step.norm() < STEP {
+            continue;
+        }
+        let (course, heading) = (direction(step), a.world_from_robot.yaw);
+        let heading = heading + wrap_angle(b.world_from_robot.yaw - heading) / 2.0;
+        let unit = |angle: f64| Vec2::new(libm::cos(angle), libm::sin(angle)) * step.norm();
+        with += unit(course - heading);
+        against += unit(course + heading);
+        way += step.norm();
+    }
+    if way < ENOUGH {
+        return None;
+    }
+    let [agree, mirrored] = [with, against].map(|sum: Vec2| sum.norm() / way);
+    if mirrored > STEADY && agree < STEADY {
+        let what = "the heading turns against the direction of travel: to the right where the robot drives to the \
+                    left (mirrored, or clockwise as in NED)";
+        return Some((what.to_owned(), Weight::Serious));
+    }
+    if agree > STEADY
+        && direction(with).abs() > FRAC_PI_4
+        && direction(with).abs() < 3.0 * FRAC_PI_4
+    {
+        let what = format!(
+            "the robot drives {:.0} deg to the side of its heading all the way",
+            direction(with).to_degrees()
+        );
+        return Some((what, Weight::Notable));
+    }
+    (agree < LOOSE).then(|| {
+        let what = "the heading has little to do with the direction of travel: fine for a robot that drives sideways";
+        (what.to_owned(), Weight::Notable)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::geometry::Pose2;
+
+    fn told(heading: impl Fn(f64) -> f64) -> Option<Weight> {
+        let sample = |k: i32| {
+            let angle = 0.01 * f64::from(k);
+            OdometrySample {
+                stamp_ns: i64::from(k) * 100_000_000,
+                world_from_robot: Pose2::new(
+                    libm::sin(angle),
+                    -libm::cos(angle),
+                    wrap_angle(heading(angle)),
+                ),
+            }
+        };
+        let samples: Vec<_> = (0..628).map(sample).collect();
+        against_travel(&samples).map(|(_, weight)| weight)
+    }
+
+    #[test]
+    fn mirrored_and_sideways_headings_are_told_and_right_ones_are_not() {
+        assert_eq!(told(|course| course), None);
+        assert_eq!(
+            told(|course| course + std::f64::consts::PI),
+            None,
+            "backwards"
+        );
+        assert_eq!(told(|course| -course), Some(Weight::Serious));
+        assert_eq!(
+            told(|course| std::f64::consts::FRAC_PI_2 - course),
+            Some(Weight::Serious)
+        );
+        assert_eq!(
+            told(|course| course + std::f64::consts::FRAC_PI_2),
+            Some(Weight::Notable)
+        );
+        assert_eq!(told(|_| 0.0), Some(Weight::Notable));
+    }
+}

@@ -1,0 +1,47 @@
+//! Sensors that measure with light among the sonars (DLu/navigation_layers#3, ros/common_msgs#73).
+
+use super::examined::Examined;
+use super::finding::{Finding, Weight, which_sonars};
+
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    let sonars = &of.facts.sonars;
+    let with_traits = || sonars.iter().zip(&of.survey.traits.mounts);
+    let infrared: Vec<&str> = with_traits()
+        .filter(|(_, traits)| traits.infrared)
+        .map(|(sonar, _)| sonar.name.as_str())
+        .collect();
+    if infrared.is_empty() {
+        return Vec::new();
+    }
+    let all = infrared.len() == sonars.len();
+    let sound = with_traits().filter(|(_, traits)| !traits.infrared);
+    let sound: Vec<String> = sound
+        .map(|(sonar, _)| toml::Value::from(sonar.name.as_str()).to_string())
+        .collect();
+    vec![Finding::new(
+        if all {
+            Weight::Notable
+        } else {
+            Weight::Serious
+        },
+        "infrared",
+        format!(
+            "{} {} with light by the messages (radiation_type = 1), not with sound",
+            which_sonars(&infrared, sonars.len()),
+            if infrared.len() == 1 {
+                "measures"
+            } else {
+                "measure"
+            }
+        ),
+        "a narrow beam of light sees one point, and where it looks past an edge a sonar does not",
+        if all {
+            "if they are sonars, mend radiation_type in the driver (0 is ultrasound)".to_owned()
+        } else {
+            format!(
+                "leave them out: input.sonars = [{}], or --sensor",
+                sound.join(", ")
+            )
+        },
+    )]
+}

@@ -1,0 +1,116 @@
+//! Mounts that are off the robot, and sonars that are one and the same.
+
+use super::examined::Examined;
+use super::finding::{Finding, Weight, which_sonars};
+use super::sonars::{MountFacts, SonarFacts};
+use crate::core::event::{Events, SonarId};
+use crate::core::statistics::fraction;
+
+/// No sonar sits farther from the middle of its robot, metres.
+const FARTHEST: f64 = 3.0;
+/// Readings of two sonars that are no farther apart are of one instant, nanoseconds.
+const AT_ONCE: i64 = 50_000_000;
+/// Ranges of one sonar, raw and filtered, differ by less, metres.
+const ALIKE: f64 = 0.02;
+/// From this share of like ranges on, two sonars are one.
+const MOST: f64 = 0.7;
+
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    far(of).into_iter().chain(twice(of)).collect()
+}
+
+/// Mounts in millimetres, as CAD writes them.
+fn far(of: &Examined<'_>) -> Option<Finding> {
+    let sonars = &of.facts.sonars;
+    let distance = |mount: MountFacts| mount.x.hypot(mount.y);
+    let is_far = |sonar: &&SonarFacts| sonar.mount.is_some_and(|mount| distance(mount) > FARTHEST);
+    let far: Vec<&SonarFacts> = sonars.iter().filter(is_far).collect();
+    let (first, mount) = far.first().and_then(|sonar| Some((*sonar, sonar.mount?)))?;
+    let names: Vec<&str> = far.iter().map(|sonar| sonar.name.as_str()).collect();
+    let transforms = of
+        .facts
+        .channels
+        .iter()
+        .filter(|c| c.used && c.role == Some("transform"));
+    let fixed = transforms.filter(|channel| channel.topic.ends_with("tf_static"));
+    let tried = fixed
+        .filter(|_| far.len() == sonars.len())
+        .find_map(|channel| {
+            let section = toml::Value::from(channel.topic.as_str());
+            [("millimetres", 0.001), ("centimetres", 0.01)]
+                .into_iter()
+                .find_map(|(unit, metres)| {
+                    let key = format!("channel.{section}.metres_per_unit = {metres}");
+                    let tried = of.tried(&key)?;
+                    Some(format!("they seem to be in {unit}: {key}{tried}"))
+                })
+        });
+    Some(Finding::new(
+        Weight::Serious,
+        "far-mount",
+        format!(
+            "{} {} {:.1} m from the robot's origin ({} at x = {:.3} m, y = {:.3} m), off any robot",
+            which_sonars(&names, sonars.len()),
+            if names.len() == 1 { "sits" } else { "sit up to" },
+            far.iter().filter_map(|sonar| sonar.mount).map(distance).fold(0.0, f64::max),
+            first.name,
+            mount.x,
+            mount.y
+        ),
+        "a map from wrong mounts is wrong everywhere",
+        tried.unwrap_or_else(|| {
+            "transforms are in metres: does the robot's description have millimetres? Or give x, y and yaw under \
+             [sonar.\"NAME\"]"
+                .to_owned()
+        }),
+    ))
+}
+
+/// Two topics of one sonar, as a driver's raw and filtered ranges.
+fn twice(of: &Examined<'_>) -> Option<Finding> {
+    let sonars = &of.facts.sonars;
+    let pairs = sonars.iter().enumerate().flat_map(|(place, one)| {
+        let behind = sonars.get(place + 1..).unwrap_or_default();
+        behind.iter().map(move |other| (one, other))
+    });
+    let mut same = pairs.filter(|(one, other)| {
+        one.mount.is_some()
+            && one.mount == other.mount
+            && are_alike(&of.survey.log.events, one.id, other.id)
+    });
+    let (one, other) = same.next()?;
+    let more = match same.count() {
+        0 => String::new(),
+        n => format!(", and so do {n} more pairs"),
+    };
+    Some(Finding::new(
+        Weight::Serious,
+        "twice",
+        format!(
+            "{} and {} sit on one mount and measure the same{more}: one sonar on two topics",
+            one.name, other.name
+        ),
+        "every echo counts twice, and the map seems surer than it is",
+        format!(
+            "leave one of them out with --range-topic: {} or {}",
+            one.topic, other.topic
+        ),
+    ))
+}
+
+fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
+    let (mut last, mut beside, mut alike) = (None, 0, 0);
+    for reading in &events.readings {
+        if reading.sonar == other {
+            last = Some(reading);
+        } else if reading.sonar == one
+            && let Some(last) = last
+            && reading.range.is_finite()
+            && reading.stamp_ns.saturating_sub(last.stamp_ns) <= AT_ONCE
+        {
+            beside += 1;
+            alike += u64::from((reading.range - last.range).abs() < ALIKE);
+        }
+    }
+    beside >= 20 && fraction(alike, beside) > MOST
+}

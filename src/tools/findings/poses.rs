@@ -1,0 +1,129 @@
+//! Poses that are not of a robot on a floor, and orientations that are none.
+
+use super::examined::Examined;
+use super::finding::{Finding, Weight, percent};
+use crate::core::statistics::fraction;
+use crate::core::wording::counted;
+use crate::io::log::traits::PoseTraits;
+
+/// From this share of the poses on, it is the log and not a message.
+const MANY: f64 = 0.1;
+/// A floor is flatter, metres.
+const FLAT: f64 = 1.0;
+
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    let poses = &of.survey.traits.poses;
+    [quaternions(of, poses), leaning(poses), flying(poses)]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Whether many poses are not of a robot on a floor, or have no orientation.
+pub fn are_none(poses: &PoseTraits) -> bool {
+    let share = |count| fraction(count, poses.poses);
+    share(poses.off_unit) >= MANY || share(poses.leaning) >= MANY
+}
+
+/// Quaternions of another length than 1, as drivers write that put the heading into one of its parts.
+fn quaternions(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
+    if fraction(poses.off_unit, poses.poses) < MANY {
+        return None;
+    }
+    let [shortest, longest] = poses.lengths;
+    let mut what = format!(
+        "{} of {} have an orientation that is no unit quaternion: its length is {shortest:.2} to {longest:.2}",
+        poses.off_unit,
+        counted(poses.poses, "pose")
+    );
+    let mut mend =
+        "mend the driver: a heading is x = 0, y = 0, z = sin(yaw/2), w = cos(yaw/2)".to_owned();
+    if fraction(poses.heading_for_quaternion, poses.off_unit) > 0.5 {
+        what.push_str("; z seems to be the heading itself");
+        mend.extend(of_heading(of));
+    }
+    Some(Finding::new(
+        Weight::Serious,
+        "no-quaternion",
+        what,
+        "headings are not what the driver meant, and walls bend",
+        mend,
+    ))
+}
+
+/// The keys that read z as the heading.
+fn of_heading(of: &Examined<'_>) -> Option<String> {
+    let topic = of.survey.odometry_topic.as_deref()?;
+    let channel = of
+        .facts
+        .channels
+        .iter()
+        .find(|channel| channel.topic == topic)?;
+    let pose = match channel.type_name.rsplit('/').next()? {
+        "Odometry" | "PoseWithCovarianceStamped" => "pose.pose",
+        "PoseStamped" => "pose",
+        _ => return None,
+    };
+    let robot_frame = toml::Value::from(of.survey.traits.robot_frame.as_str());
+    let section = format!("channel.{}", toml::Value::from(topic));
+    let keys = [
+        format!("x = \"{pose}.position.x\""),
+        format!("y = \"{pose}.position.y\""),
+        format!("yaw = \"{pose}.orientation.z\""),
+        "stamp = \"header.stamp\"".to_owned(),
+        "frame = \"header.frame_id\"".to_owned(),
+    ];
+    let text = format!(
+        "[{section}]\n{}\n[input]\nrobot_frame = {robot_frame}",
+        keys.join("\n")
+    );
+    let tried = of.tried(&text)?;
+    Some(format!(
+        "; until then: [{section}] {}, and input.robot_frame = {robot_frame}{tried}",
+        keys.join(", ")
+    ))
+}
+
+/// Poses with another axis up (mocap) or with z down (NED).
+fn leaning(poses: &PoseTraits) -> Option<Finding> {
+    let share = fraction(poses.leaning, poses.poses);
+    if share < MANY {
+        return None;
+    }
+    let [x, y, z] = poses.extent.map(|[low, high]| high - low);
+    let why = if 2 * poses.upside_down > poses.leaning {
+        "it points down, as in NED frames"
+    } else if z > y {
+        "y seems to be up"
+    } else {
+        "the robot lies, or another axis is up"
+    };
+    Some(Finding::new(
+        Weight::Serious,
+        "no-floor",
+        format!(
+            "the poses are not of a robot on a floor: in {} of them the robot's z axis leans by more than 30 deg \
+             ({why}); they extend {x:.2} m in x, {y:.2} m in y and {z:.2} m in z",
+            percent(share)
+        ),
+        "the map is laid through x and y of these poses, and is not the floor's",
+        "turn the poses so that z is up before they are recorded (REP 103)",
+    ))
+}
+
+/// Poses that rise and fall.
+fn flying(poses: &PoseTraits) -> Option<Finding> {
+    let [.., [low, high]] = poses.extent;
+    (high - low > FLAT && fraction(poses.leaning, poses.poses) < MANY).then(|| {
+        Finding::new(
+            Weight::Serious,
+            "no-floor",
+            format!(
+                "the robot rises and falls by {:.2} m: the poses are not of a robot on a floor",
+                high - low
+            ),
+            "readings from several heights fall into one plane",
+            "replay the part on one floor with --start and --end",
+        )
+    })
+}

@@ -1,0 +1,147 @@
+//! What can be wrong with a sonar or with what came back to it.
+
+use super::facts::Facts;
+use super::finding::{Finding, Weight, percent, which_sonars};
+use super::sonars::SonarFacts;
+use crate::core::config::Sequence;
+use crate::core::statistics::fraction;
+use crate::io::log::WIDEST_BEAM;
+use Weight::{Notable, Serious};
+
+/// A share of invalid readings, or of neighbours too far apart, that matters.
+const MANY: f64 = 0.25;
+
+/// So many echoes of a moving sensor say how often they repeat ...
+const ENOUGH_ECHOES: u64 = 20;
+
+/// ... which is no chance for a sonar with a fine raster from this share on ...
+const REPEATS: f64 = 0.05;
+
+/// ... and for one with a coarse raster, which sees a wall beside it as the same for long, from this on.
+const QUANTISED_REPEATS: f64 = 0.5;
+
+/// A raster finer than this is fine, metres.
+const FINE: f64 = 0.002;
+
+/// What can be wrong with a sonar or with what came back to it.
+struct SonarCheck {
+    weight: Weight,
+    code: &'static str,
+    is_wrong: fn(&SonarFacts) -> bool,
+    /// Told of the first sonar of which it holds.
+    what: fn(&SonarFacts, &Sequence) -> String,
+    effect: &'static str,
+    mend: &'static str,
+}
+
+const TOO_FAR_APART: &str = "too-far-apart";
+
+const SONAR_CHECKS: [SonarCheck; 7] = [
+    SonarCheck {
+        weight: Serious,
+        code: "limits",
+        is_wrong: SonarFacts::limits_are_senseless,
+        what: |s, _| {
+            let (min, max) = (s.min_range, s.max_range);
+            format!("no echo fits between min_range {min} m and max_range {max} m")
+        },
+        effect: "every reading counts as no echo or as invalid",
+        mend: "set min_range and max_range under [sonar.\"NAME\"] from the data sheet; the skeleton below has \
+               the keys",
+    },
+    SonarCheck {
+        weight: Serious,
+        code: "beam-width",
+        is_wrong: |s| s.beam_width.is_some_and(|w| w >= WIDEST_BEAM),
+        what: |s, _| {
+            let degrees = s.beam_width.unwrap_or(0.0).to_degrees();
+            format!("the beam is {degrees:.0} deg wide")
+        },
+        effect: "points anywhere around the robot count, and labels mean little",
+        mend: "field_of_view is in radians: does the driver write degrees? sonars.beam_width (deg) overrules \
+               it; mend the driver",
+    },
+    SonarCheck {
+        weight: Serious,
+        code: "repeats",
+        is_wrong: repeats_too_often,
+        what: |s, _| {
+            let share = percent(s.repeated());
+            format!("{share} of the echoes repeat the last one although the sensor moved")
+        },
+        effect: "equal ranges from different places look like a wall along the path",
+        mend: "look whether the driver publishes faster than the sonar measures; record only new readings",
+    },
+    SonarCheck {
+        weight: Serious,
+        code: TOO_FAR_APART,
+        is_wrong: |s| fraction(s.too_far_apart, s.readings) > MANY,
+        what: |s, bounds| {
+            format!(
+                "{} of the neighbouring readings lie more than {} m or {} s apart",
+                percent(fraction(s.too_far_apart, s.readings)),
+                bounds.max_baseline,
+                bounds.max_gap
+            )
+        },
+        effect: "these break the sequence, and arcs at a break are not labelled (gap)",
+        mend: "drive slower, let the sonars fire more often, or raise sequence.max_baseline or max_gap",
+    },
+    SonarCheck {
+        weight: Notable,
+        code: "invalid",
+        is_wrong: |s| fraction(s.invalid, s.readings) > MANY,
+        what: |s, _| {
+            let share = percent(fraction(s.invalid, s.readings));
+            format!("{share} of the readings mean nothing (NaN, -inf or below min_range)")
+        },
+        effect: "they are left out",
+        mend: "look at min_range and at what the driver writes when nothing comes back (+inf would be right)",
+    },
+    SonarCheck {
+        weight: Notable,
+        code: "silent",
+        is_wrong: |s| s.echoes == 0,
+        what: |_, _| "not a single echo".to_owned(),
+        effect: "the map has nothing from there",
+        mend: "look at the wiring, or leave it out with --sensor",
+    },
+    SonarCheck {
+        weight: Notable,
+        code: "varies",
+        is_wrong: |s| s.varies,
+        what: |_, _| "beam width or range limits change during the log".to_owned(),
+        effect: "each reading is taken with its own",
+        mend: "",
+    },
+];
+
+pub fn check(facts: &Facts) -> Vec<Finding> {
+    let finding = |check: &SonarCheck| {
+        let sonars = facts.sonars.iter();
+        let wrong: Vec<&SonarFacts> = sonars.filter(|s| (check.is_wrong)(s)).collect();
+        let which: Vec<&str> = wrong.iter().map(|s| s.name.as_str()).collect();
+        let which = which_sonars(&which, facts.sonars.len());
+        let what = (check.what)(wrong.first()?, &facts.replay.config.sequence);
+        Some(Finding::new(
+            check.weight,
+            check.code,
+            format!("{which}: {what}"),
+            check.effect,
+            check.mend,
+        ))
+    };
+    // Times that come twice put readings of two places next to each other.
+    let means_something =
+        |check: &&SonarCheck| check.code != TOO_FAR_APART || facts.clock_set.is_none();
+    let checks = SONAR_CHECKS.iter().filter(means_something);
+    checks.filter_map(finding).collect()
+}
+
+fn repeats_too_often(sonar: &SonarFacts) -> bool {
+    let coarse = sonar
+        .resolution
+        .is_none_or(|r| r.quantised && r.step > FINE);
+    let bound = if coarse { QUANTISED_REPEATS } else { REPEATS };
+    sonar.moved >= ENOUGH_ECHOES && sonar.repeated() > bound
+}

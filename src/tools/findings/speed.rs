@@ -1,0 +1,68 @@
+//! Robots that drive faster than any with sonars: odometry in another unit.
+
+use super::examined::Examined;
+use super::finding::{Finding, Weight};
+use super::interleaved;
+use crate::core::event::OdometrySample;
+use crate::core::statistics::{median, seconds};
+
+/// A robot with sonars is slower, metres per second.
+pub const FASTEST: f64 = 4.0;
+/// A slower one stands, metres per second.
+const STANDS: f64 = 0.01;
+
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    found(of).into_iter().collect()
+}
+
+fn found(of: &Examined<'_>) -> Option<Finding> {
+    if interleaved::apart(&of.survey.log.events.odometry).is_some() {
+        return None; // to and fro
+    }
+    let speed = usual(&of.survey.log.events.odometry)?;
+    let topic = of
+        .survey
+        .odometry_topic
+        .as_deref()
+        .filter(|_| speed > FASTEST)?;
+    let keys = [("centimetres", 0.01), ("millimetres", 0.001)].map(|(unit, metres)| {
+        let key = format!(
+            "channel.{}.metres_per_unit = {metres}",
+            toml::Value::from(topic)
+        );
+        (unit, of.tried(&key), key)
+    });
+    let best = keys
+        .iter()
+        .find_map(|(unit, tried, key)| Some((unit, tried.as_ref()?, key)));
+    Some(Finding::new(
+        Weight::Serious,
+        "too-fast",
+        format!(
+            "the robot drives {speed:.1} m/s in the middle of all steps, as no robot with sonars does"
+        ),
+        "the path is as much too large, readings lie too far apart for a label",
+        match best {
+            Some((unit, tried, key)) => {
+                format!("the odometry on {topic} seems to be in {unit}: {key}{tried}")
+            }
+            None => format!(
+                "is the odometry on {topic} in metres? [channel.{}] metres_per_unit scales it",
+                toml::Value::from(topic)
+            ),
+        },
+    ))
+}
+
+/// The speed in the middle of all steps in which the robot moves, metres per second.
+pub fn usual(samples: &[OdometrySample]) -> Option<f64> {
+    let speeds = samples.array_windows().map(|[a, b]| {
+        let way = b.world_from_robot.position() - a.world_from_robot.position();
+        way.norm() / seconds(a.stamp_ns, b.stamp_ns)
+    });
+    let mut speeds: Vec<f64> = speeds
+        .filter(|speed| speed.is_finite() && *speed > STANDS)
+        .collect();
+    speeds.sort_by(f64::total_cmp);
+    median(&speeds)
+}
