@@ -9,6 +9,7 @@ mod explain;
 mod info;
 mod parameters;
 mod replay;
+mod report;
 mod simulate;
 mod sweep;
 
@@ -39,6 +40,7 @@ enum Command {
     Explain(Box<explain::Args>),
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
+    Report(Box<report::Args>),
     Sweep(Box<sweep::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
@@ -57,6 +59,7 @@ impl Cli {
             Command::Explain(args) => args.run(),
             Command::Check(args) => args.run(),
             Command::Diff(args) => args.run(),
+            Command::Report(args) => args.run(),
             Command::Sweep(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),

@@ -5,6 +5,7 @@ pub mod evaluate;
 pub mod explain;
 pub mod golden;
 pub mod info;
+pub mod report;
 pub mod simulate;
 pub mod sweep;
 mod tables;

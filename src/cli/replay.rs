@@ -102,6 +102,12 @@ impl Args {
             features: self.features,
             trace: self.trace,
             path: self.path,
+            inputs: self
+                .parameters
+                .file()
+                .map(PathBuf::from)
+                .into_iter()
+                .collect(),
             no_recording: self.no_recording || !viewer::IS_BUILT_IN,
             live: self.connect.is_some() || self.spawn,
             ..Requested::default()
@@ -140,15 +146,15 @@ impl Args {
         }
         let written = outputs.commit()?;
 
-        show(&report::problems(&log, &setting, &outcome), true);
+        show(&report::problems(&log, &setting, &outcome), true)?;
         if let Some(lost) = lost {
-            show(&format!("warning: {lost}; the file has it all\n"), true);
+            show(&format!("warning: {lost}; the file has it all\n"), true)?;
         }
         if !self.quiet {
             let log = quoted(&self.log.display().to_string());
             let named = format!("{log}{}", self.parameters.as_typed());
             let text = report::closing(&setting, &outcome, &named, &written.files);
-            show(&text, written.to_stdout);
+            show(&text, written.to_stdout)?;
         }
         let whole = setting.source.complete && outcome.tally.echoes > 0;
         Ok(Exit::of_whole(whole))
