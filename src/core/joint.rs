@@ -20,7 +20,7 @@ use self::association::Association;
 use self::drift::Drift;
 use self::landmark::Landmark;
 use self::merge::Seen;
-use self::path::{CorrectedPath, KeyPose, between, key_poses};
+use self::path::{Between, CorrectedPath, KeyPose, between, key_poses};
 use self::problem::{Fitted, Incidence, Problem, Sighting, Unknowns};
 use crate::core::config::Config;
 use crate::core::frames::Frame;
@@ -74,6 +74,10 @@ const SLACKS: [f64; 3] = [2.0, 1.0, 0.0];
 const LEARNT: usize = 10;
 const LEARNING_ENDS: f64 = 0.1;
 
+/// A feature is seen again where the robot drove on by so much without seeing it, metres: a loop that is
+/// closed. What is seen sooner are pieces of one sight.
+const ELSEWHERE: f64 = 2.0;
+
 /// Chi2 that merges may cost: each so much on average (of a true one it has two degrees of freedom), and
 /// all of them together so much more.
 const COST_EACH: f64 = 4.0;
@@ -101,7 +105,7 @@ pub struct JointEstimate {
     pub scales: [f64; 2],
     /// The noise of odometry: as configured, or found.
     pub drift: Drift,
-    /// What was seen again, in the order in which it was found out.
+    /// What was seen again after the robot was elsewhere, in the order in which it was found out.
     pub closures: Vec<Closure>,
     /// Features of the replay that turned out to be others, and are gone.
     pub absorbed: Vec<u32>,
@@ -241,7 +245,7 @@ pub fn estimate(
     let shared = solved.fitted.factor.shared_covariance();
     let mut path = solver.path(&solved.fitted);
     let covariances = solved.fitted.factor.pose_covariances(&shared);
-    path.covariances = covariances.ok_or(undetermined)?.own;
+    path.covariances = covariances.own;
     let features_given_path = association.features;
     let arcs = solver.corrected(&path, 1.0);
     let after = explained(
@@ -504,7 +508,11 @@ impl Solver<'_> {
                 let allowed = COST_EACH * pairs.len() as f64 + COST_OF_ALL;
                 match found {
                     Some(found) if found.fitted.cost - solved.fitted.cost <= allowed => {
-                        closures.extend(pairs.iter().filter_map(|pair| closure(association, pair)));
+                        closures.extend(
+                            pairs
+                                .iter()
+                                .filter_map(|pair| self.closure(association, pair)),
+                        );
                         absorbed.extend(pairs.iter().map(|(_, gone)| *gone));
                         *association = tried;
                         *solved = found;
@@ -516,20 +524,39 @@ impl Solver<'_> {
         }
         Some(())
     }
-}
 
-fn closure(association: &Association, (kept, gone): &(u32, u32)) -> Option<Closure> {
-    let counts = association.counts();
-    let first = |id: &u32| counts.get(id).map(|(_, arc)| arc.frame);
-    let shape = association.feature(*kept)?.shape;
-    Some(Closure {
-        kind: shape.kind(),
-        place: match shape {
-            Shape::Line(segment) => segment.mid,
-            Shape::Point(point) => point.position,
-        },
-        frames: [first(kept)?, first(gone)?],
-    })
+    /// A loop that is closed, if the robot drove on between the last it saw of the one feature and the first
+    /// it saw of the other.
+    fn closure(&self, association: &Association, (kept, gone): &(u32, u32)) -> Option<Closure> {
+        let of = |id: u32| {
+            let owners = association
+                .owners
+                .iter()
+                .filter(move |(_, owner)| **owner == id);
+            owners.filter_map(|(arc, _)| self.arcs.get(*self.places.get(arc)?))
+        };
+        let (first, again) = (of(*kept).next()?, of(*gone).next()?);
+        let last = of(*kept).take_while(|arc| arc.id < again.id).last()?;
+        let driven = self.driven(again.stamp_ns) - self.driven(last.stamp_ns);
+        let shape = association.feature(*kept)?.shape;
+        (driven >= ELSEWHERE).then_some(Closure {
+            kind: shape.kind(),
+            place: match shape {
+                Shape::Line(segment) => segment.mid,
+                Shape::Point(point) => point.position,
+            },
+            frames: [first.id.frame, again.id.frame],
+        })
+    }
+
+    /// The way from the first key pose to a stamp by odometry, metres.
+    fn driven(&self, stamp_ns: i64) -> f64 {
+        let Between { earlier, share } = between(&self.keys, stamp_ns);
+        let until: f64 = (self.keys.iter().take(earlier + 1))
+            .map(|key| key.driven)
+            .sum();
+        until + share * self.keys.get(earlier + 1).map_or(0.0, |key| key.driven)
+    }
 }
 
 impl Solved {

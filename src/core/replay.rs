@@ -219,7 +219,8 @@ impl<'a> Replay<'a> {
         Ok(outcome)
     }
 
-    /// The path that a run used, by stamp: odometry's, corrected where that was.
+    /// The path that a run used, by stamp: odometry's, corrected where that was. Of a part of the log the
+    /// poses from its first reading to its last.
     pub fn path(&self, outcome: &Outcome) -> Vec<(i64, Pose2)> {
         let path = outcome.joint().map(|joint| &joint.path);
         let samples = self.log.events.odometry.iter();
@@ -229,7 +230,13 @@ impl<'a> Replay<'a> {
                 path.correct(sample.stamp_ns, &odom_from_robot)
             })
         };
-        samples.map(|one| (one.stamp_ns, used(one))).collect()
+        let input = &self.config.input;
+        let is_part = input.start.is_some() || input.end.is_some();
+        let part = self.source.start_ns..=self.source.end_ns;
+        samples
+            .filter(|sample| !is_part || part.contains(&sample.stamp_ns))
+            .map(|sample| (sample.stamp_ns, used(sample)))
+            .collect()
     }
 
     /// Poses and features estimated together, from replays at ever better poses; `None` where the poses

@@ -179,14 +179,19 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
         100.0 * distance,
         heading.to_degrees(),
         turn.to_degrees(),
-        100.0 * joint.scales[0],
-        100.0 * joint.scales[1],
+        percent(joint.scales[0]),
+        percent(joint.scales[1]),
     );
     let closures = joint.closures.len() as u64;
     if closures > 0 {
         let features = plural(closures, "feature");
-        let _ = writeln!(text, "{:<10} {features} seen again as one", "");
+        let _ = writeln!(text, "{:<10} {features} seen again after others", "");
     }
+}
+
+/// To a tenth, zero without a sign of its own.
+fn percent(share: f64) -> f64 {
+    libm::rint(1e3 * share) / 10.0 + 0.0
 }
 
 /// Rough walls and sonars of which hardly a triple is explained.

@@ -2,6 +2,9 @@
 //! them with a few shared unknowns. Poses are eliminated first, which leaves a small dense system (the
 //! Schur complement).
 //!
+//! A shared unknown couples with few poses: all that is done for one runs along the chain of poses once, and
+//! products are taken only where it couples.
+//!
 //! All loops are our own, in one order: libraries that choose their instructions when they run give other
 //! bytes on other machines.
 
@@ -106,136 +109,179 @@ impl Arrowhead {
 
     /// Eliminates the poses; `None` where they, or what is left, are not determined.
     pub fn factor(&self) -> Option<Factor> {
+        let chain = Chain::of(&self.poses)?;
+        let size = self.shared.nrows();
+        let coupling: Vec<Coupling> = self.poses.iter().map(PoseRows::coupling).collect();
+        let mut eliminated: Vec<Rows> = Vec::with_capacity(self.poses.len());
+        for (pose, coupling) in self.poses.iter().zip(&coupling) {
+            let mut rows = Rows::zeros(size + 1);
+            for (place, by) in coupling {
+                rows.add(*place, by);
+            }
+            rows.add(size, &pose.gradient);
+            eliminated.push(rows);
+        }
+        chain.solve(&mut eliminated);
+        // C - B^T A^-1 B by its upper triangle, the gradient beside it.
         let mut complement = self.shared.clone();
         let mut right = self.shared_gradient.clone();
-        let mut poses: Vec<PoseFactor> = Vec::with_capacity(self.poses.len());
-        let mut next = Matrix3::zeros();
-        for rows in &self.poses {
-            let coupling = match poses.last() {
-                // L_(k, k-1) = A_(k, k-1) L_(k-1)^-T
-                Some(before) => before.lower.solve_lower_triangular(&next)?.transpose(),
-                None => Matrix3::zeros(),
-            };
-            next = rows.next;
-            let lower = Cholesky::new(rows.diagonal - coupling * coupling.transpose())?.l();
-            let mut reduced = match poses.last() {
-                Some(before) => before.reduced.times(&-coupling),
-                None => Rows::default(),
-            };
-            for (place, by) in &rows.shared {
-                reduced.add(*place, by);
+        for (rows, coupling) in eliminated.iter().zip(&coupling) {
+            for (place, by) in coupling {
+                let mut column = complement.column_mut(*place);
+                let column = column.as_mut_slice().iter_mut().take(place + 1);
+                for (entry, of) in column.zip(rows.columns()) {
+                    *entry -= by.dot(&of);
+                }
+                if let (Some(entry), Some(of)) = (right.get_mut(*place), rows.column(size)) {
+                    *entry -= by.dot(&of);
+                }
             }
-            let gradient = match poses.last() {
-                Some(before) => rows.gradient - coupling * before.gradient,
-                None => rows.gradient,
-            };
-            let factor = PoseFactor {
-                lower,
-                coupling,
-                reduced: reduced.solved(&lower),
-                gradient: lower.solve_lower_triangular(&gradient)?,
-            };
-            factor.reduced.take_from(&mut complement);
-            for (right, column) in right.iter_mut().zip(factor.reduced.columns()) {
-                *right -= column.dot(&factor.gradient);
-            }
-            poses.push(factor);
         }
-        let complement = Cholesky::new(complement)?;
         Some(Factor {
-            poses,
-            complement,
+            chain,
+            coupling,
+            eliminated,
+            complement: Cholesky::new(complement.transpose())?,
             right,
         })
     }
 }
 
-/// Three rows over the shared unknowns that were seen so far.
-#[derive(Debug, Clone, Default)]
+/// What the rows of a pose have in the columns of shared unknowns, by their places.
+type Coupling = Vec<(usize, Vector3<f64>)>;
+
+impl PoseRows {
+    /// One entry a place.
+    fn coupling(&self) -> Coupling {
+        let mut entries = self.shared.clone();
+        entries.sort_by_key(|(place, _)| *place);
+        entries.dedup_by(|(place, by), (known, sum)| {
+            let is_known = place == known;
+            if is_known {
+                *sum += *by;
+            }
+            is_known
+        });
+        entries
+    }
+}
+
+/// The poses' own normal equations `A`, factored from the first pose to the last.
+#[derive(Debug, Clone)]
+struct Chain(Vec<Link>);
+
+/// One pose of a chain.
+#[derive(Debug, Clone)]
+struct Link {
+    /// The inverse of its block, the poses before it being eliminated.
+    inverse: Matrix3<f64>,
+    /// Its block with the pose before it times the inverse of that.
+    gain: Matrix3<f64>,
+    log_determinant: f64,
+}
+
+impl Chain {
+    fn of(poses: &[PoseRows]) -> Option<Self> {
+        let mut links: Vec<Link> = Vec::with_capacity(poses.len());
+        let mut with_last = Matrix3::zeros();
+        for pose in poses {
+            let before = links
+                .last()
+                .map_or_else(Matrix3::zeros, |last| last.inverse);
+            let gain = with_last * before;
+            let own: Matrix3<f64> = pose.diagonal - gain * with_last.transpose();
+            let own = Cholesky::new(own)?;
+            let diagonal = own.l_dirty().diagonal();
+            links.push(Link {
+                inverse: own.inverse(),
+                gain,
+                log_determinant: 2.0 * diagonal.iter().map(|d| libm::log(*d)).sum::<f64>(),
+            });
+            with_last = pose.next.transpose();
+        }
+        Some(Self(links))
+    }
+
+    /// `A^-1` times rows, three of them a pose.
+    fn solve(&self, rows: &mut [Rows]) {
+        let mut before: Option<&Rows> = None;
+        for (rows, link) in rows.iter_mut().zip(&self.0) {
+            if let Some(before) = before {
+                rows.subtract(&link.gain, before);
+            }
+            before = Some(rows);
+        }
+        let mut after: Option<(&Rows, &Link)> = None;
+        for (rows, link) in rows.iter_mut().zip(&self.0).rev() {
+            rows.transform(&link.inverse);
+            if let Some((after, link)) = after {
+                rows.subtract(&link.gain.transpose(), after);
+            }
+            after = Some((rows, link));
+        }
+    }
+}
+
+/// Three rows, a column each for every shared unknown.
+#[derive(Debug, Clone)]
 struct Rows([Vec<f64>; 3]);
 
 impl Rows {
+    fn zeros(columns: usize) -> Self {
+        let row = || vec![0.0; columns];
+        Self([row(), row(), row()])
+    }
+
+    fn column(&self, place: usize) -> Option<Vector3<f64>> {
+        let [x, y, z] = &self.0;
+        Some(Vector3::new(*x.get(place)?, *y.get(place)?, *z.get(place)?))
+    }
+
+    fn columns(&self) -> impl Iterator<Item = Vector3<f64>> {
+        let [x, y, z] = &self.0;
+        let columns = x.iter().zip(y).zip(z);
+        columns.map(|((x, y), z)| Vector3::new(*x, *y, *z))
+    }
+
+    fn columns_mut(&mut self) -> impl Iterator<Item = [&mut f64; 3]> {
+        let [x, y, z] = &mut self.0;
+        let columns = x.iter_mut().zip(y).zip(z);
+        columns.map(|((x, y), z)| [x, y, z])
+    }
+
     fn add(&mut self, place: usize, by: &Vector3<f64>) {
         for (row, by) in self.0.iter_mut().zip(by.iter()) {
-            if row.len() <= place {
-                row.resize(place + 1, 0.0);
-            }
             if let Some(entry) = row.get_mut(place) {
                 *entry += by;
             }
         }
     }
 
-    fn columns(&self) -> impl Iterator<Item = Vector3<f64>> {
-        let [x, y, z] = &self.0;
-        x.iter()
-            .zip(y)
-            .zip(z)
-            .map(|((x, y), z)| Vector3::new(*x, *y, *z))
-    }
-
-    fn of(columns: impl Iterator<Item = Vector3<f64>>) -> Self {
-        let mut rows = Self::default();
-        let [x, y, z] = &mut rows.0;
-        for column in columns {
-            x.push(column.x);
-            y.push(column.y);
-            z.push(column.z);
-        }
-        rows
-    }
-
-    /// `matrix` times the rows.
-    fn times(&self, matrix: &Matrix3<f64>) -> Self {
-        Self::of(self.columns().map(|column| matrix * column))
-    }
-
-    /// `lower^-1` times the rows.
-    fn solved(&self, lower: &Matrix3<f64>) -> Self {
-        Self::of(self.columns().map(|column| {
-            let x = column.x / lower.m11;
-            let y = (column.y - lower.m21 * x) / lower.m22;
-            let z = (column.z - lower.m31 * x - lower.m32 * y) / lower.m33;
-            Vector3::new(x, y, z)
-        }))
-    }
-
-    /// `lower^-T` times the rows.
-    fn solved_transposed(&self, lower: &Matrix3<f64>) -> Self {
-        Self::of(self.columns().map(|column| {
-            let z = column.z / lower.m33;
-            let y = (column.y - lower.m32 * z) / lower.m22;
-            let x = (column.x - lower.m21 * y - lower.m31 * z) / lower.m11;
-            Vector3::new(x, y, z)
-        }))
-    }
-
-    /// Subtracts the product of the rows with themselves from the lower triangle of a matrix.
-    fn take_from(&self, matrix: &mut DMatrix<f64>) {
-        let [x, y, z] = &self.0;
-        for (at, column) in self.columns().enumerate() {
-            let mut entries = matrix.column_mut(at);
-            let entries = entries.as_mut_slice().iter_mut().skip(at);
-            let rows = x
-                .iter()
-                .skip(at)
-                .zip(y.iter().skip(at))
-                .zip(z.iter().skip(at));
-            for (entry, ((x, y), z)) in entries.zip(rows) {
-                *entry -= column.x * x + column.y * y + column.z * z;
-            }
+    /// Adds a column times a row.
+    fn add_product(&mut self, column: &Vector3<f64>, row: &[f64]) {
+        for ([x, y, z], by) in self.columns_mut().zip(row) {
+            *x += column.x * by;
+            *y += column.y * by;
+            *z += column.z * by;
         }
     }
 
-    /// The rows times a symmetric matrix.
-    fn times_symmetric(&self, matrix: &DMatrix<f64>) -> Self {
-        let [x, y, z] = &self.0;
-        Self::of(matrix.column_iter().map(|column| {
-            let rows = x.iter().zip(y).zip(z).zip(column.iter());
-            rows.fold(Vector3::zeros(), |sum, (((x, y), z), by)| {
-                sum + Vector3::new(*x, *y, *z) * *by
-            })
-        }))
+    /// Subtracts `matrix` times other rows.
+    fn subtract(&mut self, matrix: &Matrix3<f64>, other: &Self) {
+        for ([x, y, z], column) in self.columns_mut().zip(other.columns()) {
+            let product = matrix * column;
+            *x -= product.x;
+            *y -= product.y;
+            *z -= product.z;
+        }
+    }
+
+    /// Multiplies by `matrix` from the left.
+    fn transform(&mut self, matrix: &Matrix3<f64>) {
+        for [x, y, z] in self.columns_mut() {
+            let product = matrix * Vector3::new(*x, *y, *z);
+            (*x, *y, *z) = (product.x, product.y, product.z);
+        }
     }
 
     /// The rows times those of another pose.
@@ -248,21 +294,12 @@ impl Rows {
 /// The factors of the normal equations.
 #[derive(Debug, Clone)]
 pub struct Factor {
-    poses: Vec<PoseFactor>,
+    chain: Chain,
+    coupling: Vec<Coupling>,
+    /// `A^-1 (B g)`: how the poses follow the shared unknowns, and where they are if those stay.
+    eliminated: Vec<Rows>,
     complement: Cholesky<f64, Dyn>,
     right: DVector<f64>,
-}
-
-/// The rows of one pose in `L`, and what is left of its other rows.
-#[derive(Debug, Clone)]
-struct PoseFactor {
-    lower: Matrix3<f64>,
-    /// With the pose before it.
-    coupling: Matrix3<f64>,
-    /// `L^-1 B`, of the shared unknowns that this pose or one before it has to do with.
-    reduced: Rows,
-    /// `L^-1 g`.
-    gradient: Vector3<f64>,
 }
 
 /// The step of the poses and of the shared unknowns.
@@ -283,30 +320,25 @@ pub struct PoseCovariances {
 
 impl Factor {
     /// The unknowns that the residuals ask for.
-    pub fn solution(&self) -> Option<Solution> {
+    pub fn solution(&self) -> Solution {
         let shared = self.complement.solve(&self.right);
-        let mut poses = Vec::with_capacity(self.poses.len());
-        let mut after = Vector3::zeros();
-        for factor in self.poses.iter().rev() {
-            let mut right = factor.gradient - after;
-            for (column, value) in factor.reduced.columns().zip(shared.iter()) {
-                right -= column * *value;
-            }
-            let step = factor.lower.tr_solve_lower_triangular(&right)?;
-            after = factor.coupling.transpose() * step;
-            poses.push(step);
+        let poses = self.eliminated.iter().map(|rows| {
+            let alone = rows.column(shared.len()).unwrap_or_default();
+            let columns = rows.columns().zip(shared.iter());
+            columns.fold(alone, |step, (column, value)| step - column * *value)
+        });
+        Solution {
+            poses: poses.collect(),
+            shared,
         }
-        poses.reverse();
-        Some(Solution { poses, shared })
     }
 
     /// Logarithm of the determinant of the normal equations.
     pub fn log_determinant(&self) -> f64 {
-        let poses = self.poses.iter().map(|factor| factor.lower.diagonal());
-        let poses = poses.map(|d| libm::log(d.x) + libm::log(d.y) + libm::log(d.z));
+        let poses = self.chain.0.iter().map(|link| link.log_determinant);
         let shared = self.complement.l_dirty().diagonal();
         let shared = shared.iter().map(|d| libm::log(*d));
-        2.0 * (poses.sum::<f64>() + shared.sum::<f64>())
+        poses.sum::<f64>() + 2.0 * shared.sum::<f64>()
     }
 
     /// The covariance of the shared unknowns.
@@ -315,41 +347,30 @@ impl Factor {
     }
 
     /// The covariances of the poses, of which the first has none.
-    pub fn pose_covariances(&self, shared: &DMatrix<f64>) -> Option<PoseCovariances> {
+    pub fn pose_covariances(&self, shared: &DMatrix<f64>) -> PoseCovariances {
+        // A^-1 B times the covariance of the shared unknowns: of the poses with these, but for the sign.
+        let with_shared = |coupling: &Coupling| {
+            let mut rows = Rows::zeros(shared.ncols());
+            for (place, by) in coupling {
+                rows.add_product(by, shared.column(*place).as_slice());
+            }
+            rows
+        };
+        let mut with_shared: Vec<Rows> = self.coupling.iter().map(with_shared).collect();
+        self.chain.solve(&mut with_shared);
         let mut found = PoseCovariances::default();
-        let mut after: Option<Carried> = None;
-        for factor in self.poses.iter().rev() {
-            let inverse = Cholesky::pack_dirty(factor.lower).inverse();
-            let (mut own, mut next) = (inverse, Matrix3::zeros());
-            let mut right = factor.reduced.clone();
-            for row in &mut right.0 {
-                row.resize(shared.nrows(), 0.0);
+        let mut after: Option<(&Link, &Rows, Matrix3<f64>)> = None;
+        let poses = self.chain.0.iter().zip(&self.eliminated).zip(&with_shared);
+        for ((link, eliminated), with_shared) in poses.rev() {
+            // The block of A^-1, and the one beside it.
+            let mut own = link.inverse;
+            if let Some((later, later_eliminated, inverse)) = after {
+                let next = -later.gain.transpose() * inverse;
+                own -= next * later.gain;
+                found.next.push(next + with_shared.dot(later_eliminated));
             }
-            if let Some(later) = &after {
-                // L_(k+1, k) L_k^-1
-                let gain = factor
-                    .lower
-                    .tr_solve_lower_triangular(&later.coupling.transpose())?;
-                next = -(gain * later.inverse);
-                own -= next * gain.transpose();
-                let carried = later.by_shared.times(&later.coupling.transpose());
-                for (row, carried) in right.0.iter_mut().zip(&carried.0) {
-                    for (entry, carried) in row.iter_mut().zip(carried) {
-                        *entry -= carried;
-                    }
-                }
-            }
-            let by_shared = right.solved_transposed(&factor.lower);
-            let spread = by_shared.times_symmetric(shared);
-            found.own.push(own + spread.dot(&by_shared));
-            if let Some(later) = &after {
-                found.next.push(next + spread.dot(&later.by_shared));
-            }
-            after = Some(Carried {
-                coupling: factor.coupling,
-                inverse: own,
-                by_shared,
-            });
+            found.own.push(own + with_shared.dot(eliminated));
+            after = Some((link, eliminated, own));
         }
         found.own.reverse();
         found.next.reverse();
@@ -359,17 +380,8 @@ impl Factor {
                 .into_iter()
                 .for_each(|first| *first = Matrix3::zeros());
         }
-        Some(found)
+        found
     }
-}
-
-/// What the covariance of a pose takes from the pose after it.
-struct Carried {
-    coupling: Matrix3<f64>,
-    /// Its block in the inverse of the poses' own normal equations.
-    inverse: Matrix3<f64>,
-    /// Its rows of `A^-1 B`.
-    by_shared: Rows,
 }
 
 #[cfg(test)]
@@ -447,7 +459,7 @@ mod tests {
         let inverse = dense.try_inverse().unwrap();
         let expected = &inverse * right;
         let factor = sparse.factor().unwrap();
-        let found = factor.solution().unwrap();
+        let found = factor.solution();
         let shared = factor.shared_covariance();
         for (at, pose) in found.poses.iter().enumerate() {
             assert!((pose - expected.fixed_rows::<3>(3 * at)).norm() < 1e-9);
@@ -456,7 +468,7 @@ mod tests {
         let determinant = libm::log(1.0 / inverse.determinant());
         assert!((factor.log_determinant() - determinant).abs() < 1e-9);
         assert!((&shared - inverse.view((18, 18), (5, 5))).norm() < 1e-9);
-        let covariances = factor.pose_covariances(&shared).unwrap();
+        let covariances = factor.pose_covariances(&shared);
         for at in 1..6 {
             let own = inverse.fixed_view::<3, 3>(3 * at, 3 * at);
             assert!((covariances.own[at] - own).norm() < 1e-9, "{at}");

@@ -23,8 +23,10 @@ const ANYWHERE: f64 = 100.0;
 const MAX_STEPS: usize = 12;
 const MAX_HALVINGS: usize = 8;
 
-/// A step shorter than this is the last, metres and radians: what is left is about its square.
+/// A step shorter than this is the last, metres and radians, and so is one that gains less of chi2: what is
+/// left is about its square.
 const SETTLED: f64 = 1e-4;
+const GAIN: f64 = 1e-3;
 
 /// A reading of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,7 +134,7 @@ impl Problem {
         let mut cost = self.cost(&now);
         for _ in 0..MAX_STEPS {
             let factor = self.normal_equations(&now).factor()?;
-            let step = factor.solution()?;
+            let step = factor.solution();
             let mut length = 1.0;
             let mut better = None;
             for _ in 0..MAX_HALVINGS {
@@ -147,9 +149,10 @@ impl Problem {
             let Some((trial, trial_cost)) = better else {
                 break;
             };
+            let gained = cost - trial_cost;
             (now, cost) = (trial, trial_cost);
             let poses = step.poses.iter().map(Vector3::amax).fold(0.0, f64::max);
-            if length * poses.max(step.shared.amax()) < SETTLED {
+            if gained < GAIN || length * poses.max(step.shared.amax()) < SETTLED {
                 break;
             }
         }
@@ -253,7 +256,7 @@ impl Problem {
     /// The noise of odometry as an estimate leaves it.
     pub fn learn(&self, fitted: &Fitted) -> Option<Drift> {
         let shared = fitted.factor.shared_covariance();
-        let covariances = fitted.factor.pose_covariances(&shared)?;
+        let covariances = fitted.factor.pose_covariances(&shared);
         let at = &fitted.unknowns;
         let mut learnt = DriftEstimator::default();
         let poses = at.poses.iter().zip(at.poses.iter().skip(1));

@@ -32,7 +32,8 @@ pub struct Step {
     pub reports: Vec<ArcReport>,
 }
 
-/// A feature that was taken for two until the poses were corrected.
+/// A feature that was seen again after the robot was elsewhere, and taken for another one until the poses
+/// were corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closure {
     /// Line or point.

@@ -37,6 +37,12 @@ pub enum Drive {
     Office { laps: u16, drifts: bool },
     /// Driven three times round with odometry that drifts by much.
     ThreeLapsMuchDrift,
+    /// The same once round where of twenty readings one is of any range.
+    MuchDriftOutliers,
+    /// Three times round with odometry that drifts by three times as much.
+    ThriceMuchDrift,
+    /// The same past posts in a row, half a metre apart: what looks alike stands where drift may put it.
+    ThriceMuchDriftPosts,
     /// Driven once round with odometry that drifts by 1 cm and 0.2 deg after a metre, and by 0.5 deg
     /// after turning by a radian.
     MuchDrift,
@@ -61,6 +67,11 @@ impl Case {
             Drive::LittleDrift => "little drift".to_owned(),
             Drive::MuchDrift => "much drift".to_owned(),
             Drive::ThreeLapsMuchDrift => "three laps, much drift".to_owned(),
+            Drive::MuchDriftOutliers => "much drift, 5 % outliers".to_owned(),
+            Drive::ThriceMuchDrift => "three laps, three times much drift".to_owned(),
+            Drive::ThriceMuchDriftPosts => {
+                "three laps past posts 50 cm apart, three times much drift".to_owned()
+            }
             Drive::Rough(share) => format!("{share} % of the walls rough"),
             Drive::CrossTalk => "5 % cross-talk".to_owned(),
             Drive::Posts(apart) => format!("posts {apart} cm apart"),
@@ -77,6 +88,7 @@ impl Case {
         let simulation = Simulation {
             world: match self.drive {
                 Drive::Posts(apart) => row_of_posts(f64::from(apart) / 100.0),
+                Drive::ThriceMuchDriftPosts => row_of_posts(0.5),
                 Drive::Office { .. } => office_world(),
                 _ => World::room(),
             },
@@ -86,7 +98,9 @@ impl Case {
             },
             path: match self.drive {
                 Drive::TenLaps => Path::room().repeated(10).unwrap(),
-                Drive::ThreeLapsMuchDrift => Path::room().repeated(3).unwrap(),
+                Drive::ThreeLapsMuchDrift
+                | Drive::ThriceMuchDrift
+                | Drive::ThriceMuchDriftPosts => Path::room().repeated(3).unwrap(),
                 Drive::Office { laps, .. } => office_path().repeated(laps).unwrap(),
                 _ => Path::room(),
             },
@@ -97,6 +111,11 @@ impl Case {
             ring: Ring::default(),
             range_noise: RangeNoise {
                 sigma: self.sigma,
+                outliers: if self.drive == Drive::MuchDriftOutliers {
+                    0.05
+                } else {
+                    0.0
+                },
                 ..RangeNoise::default()
             },
             false_echoes: FalseEchoes {
@@ -110,8 +129,10 @@ impl Case {
             odometry_noise: match self.drive {
                 Drive::LittleDrift => drift(0.002, 0.05, 0.1),
                 Drive::MuchDrift
+                | Drive::MuchDriftOutliers
                 | Drive::ThreeLapsMuchDrift
                 | Drive::Office { drifts: true, .. } => drift(0.01, 0.2, 0.5),
+                Drive::ThriceMuchDrift | Drive::ThriceMuchDriftPosts => drift(0.03, 0.6, 1.5),
                 _ => OdometryNoise::default(),
             },
             seed,
