@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, none with logic of its own.
 
+mod calibrate;
 mod check;
 mod config;
 mod diff;
@@ -38,6 +39,7 @@ enum Command {
         .help("The arc is of a sonar with such a name; every sonar is replayed"))
     )]
     Explain(Box<explain::Args>),
+    Calibrate(Box<calibrate::Args>),
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
     Report(Box<report::Args>),
@@ -57,6 +59,7 @@ impl Cli {
             Command::Info(args) => args.run(),
             Command::Evaluate(args) => args.run(),
             Command::Explain(args) => args.run(),
+            Command::Calibrate(args) => args.run(),
             Command::Check(args) => args.run(),
             Command::Diff(args) => args.run(),
             Command::Report(args) => args.run(),

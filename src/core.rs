@@ -1,4 +1,6 @@
 pub mod assignment;
+pub mod bits;
+pub mod calibrate;
 pub mod config;
 pub mod digest;
 pub mod event;

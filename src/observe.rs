@@ -1,5 +1,6 @@
 //! What watches a replay and writes or shows what it sees.
 
+pub mod causes;
 pub mod contradiction;
 pub mod drawing;
 pub mod features;

@@ -1,3 +1,4 @@
+pub mod calibrate;
 pub mod check;
 pub mod diff;
 mod document;

@@ -11,6 +11,7 @@ use crate::core::replay::Replay;
 use crate::io::log;
 use crate::io::output::show;
 use crate::io::outputs::Requested;
+use crate::observe::causes;
 use crate::observe::drawing::Overlay;
 use crate::observe::features;
 use crate::observe::path_file::{self, PathFormat};
@@ -75,6 +76,9 @@ pub struct Args {
     /// The same, and start a viewer (`rerun`) if none is open
     #[arg(long, conflicts_with = "no_recording")]
     spawn: bool,
+    /// Do not look for what is off: mounts, beams, clocks, scales
+    #[arg(long)]
+    no_causes: bool,
     /// Refuse a log that cannot be read whole, instead of using what can be read of it
     #[arg(long)]
     strict: bool,
@@ -128,8 +132,12 @@ impl Args {
             }
             let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
-            let outcome = replay.run(&mut observers)?;
-            if let Some(recording) = recording {
+            let mut outcome = replay.run(&mut observers)?;
+            if !self.no_causes {
+                outcome.causes = causes::look_for(&replay, &outcome);
+            }
+            if let Some(mut recording) = recording {
+                recording.tell_causes(outcome.causes.as_deref().unwrap_or_default())?;
                 let carried = carried(&setting, &outcome)?;
                 lost = recording.close(Some(&carried))?;
             }

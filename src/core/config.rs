@@ -99,6 +99,13 @@ pub struct Input {
     /// How long before its stamp a reading was taken, on the odometry's clock, seconds: it gets the
     /// pose of that instant. Stamps stay as the log has them.
     pub range_delay: f64,
+    /// By how much the clock of the ranges runs fast against that of odometry, as a share: 0.003 gains 3 ms
+    /// in a second. Counted from the first odometry sample.
+    pub range_clock_rate: f64,
+    /// What distances of odometry are multiplied with.
+    pub odometry_scale: f64,
+    /// What turns of odometry are multiplied with.
+    pub odometry_turn_scale: f64,
 }
 
 /// How readings are grouped into frames.
@@ -236,6 +243,12 @@ pub struct SonarDefaults {
     /// Full opening angle of the beam, radians; used where the message has 0 or NaN.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beam_width: Option<f64>,
+    /// What ranges are multiplied with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_scale: Option<f64>,
+    /// What is added to ranges after that, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_offset: Option<f64>,
 }
 
 /// What is known of one sonar.
@@ -261,6 +274,12 @@ pub struct SonarOverride {
     /// Where "no echo" begins, metres; taken before the message's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_range: Option<f64>,
+    /// What ranges are multiplied with; taken before that of all sonars.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_scale: Option<f64>,
+    /// What is added to ranges after that, metres; taken before that of all sonars.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_offset: Option<f64>,
 }
 
 impl SonarOverride {

@@ -7,7 +7,7 @@
 pub mod arrowhead;
 mod association;
 pub mod drift;
-mod landmark;
+pub mod landmark;
 mod merge;
 pub mod path;
 mod problem;

@@ -1,6 +1,6 @@
 //! The robot's pose at any instant, from odometry samples.
 
-use crate::core::config::Frames;
+use crate::core::config::{Config, Frames};
 use crate::core::event::{OdometrySample, RangeReading};
 use crate::core::geometry::{Pose2, wrap_angle};
 
@@ -11,6 +11,7 @@ pub struct Track<'a> {
     max_gap: f64,
     max_extrapolation: f64,
     range_delay_ns: i64,
+    clock_rate: f64,
 }
 
 /// Why a stamp has no pose.
@@ -32,7 +33,15 @@ impl<'a> Track<'a> {
             max_gap: bounds.max_odometry_gap,
             max_extrapolation: bounds.max_extrapolation,
             range_delay_ns: 0,
+            clock_rate: 0.0,
         }
+    }
+
+    /// A track over samples sorted by stamp, for the ranges of a configuration.
+    pub fn of_ranges(samples: &'a [OdometrySample], config: &Config) -> Self {
+        Self::new(samples, &config.frames)
+            .with_range_delay(config.input.range_delay)
+            .with_clock_rate(config.input.range_clock_rate)
     }
 
     /// The same for readings that were taken `seconds` before their stamps.
@@ -44,9 +53,27 @@ impl<'a> Track<'a> {
         }
     }
 
+    /// The same for readings whose clock runs fast by this share, counted from the first sample.
+    pub fn with_clock_rate(self, clock_rate: f64) -> Self {
+        Self { clock_rate, ..self }
+    }
+
     /// When a reading was taken, on the odometry's clock.
     pub fn instant_ns(&self, reading: &RangeReading) -> i64 {
-        reading.stamp_ns.saturating_sub(self.range_delay_ns)
+        self.instant_of_ns(reading.stamp_ns)
+    }
+
+    /// When a reading of this stamp was taken, on the odometry's clock.
+    pub fn instant_of_ns(&self, stamp_ns: i64) -> i64 {
+        let gained = match self.samples.first() {
+            Some(first) if self.clock_rate != 0.0 => {
+                let passed = stamp_ns.saturating_sub(first.stamp_ns) as f64;
+                libm::rint(self.clock_rate * passed) as i64
+            }
+            _ => 0,
+        };
+        let late = self.range_delay_ns.saturating_add(gained);
+        stamp_ns.saturating_sub(late)
     }
 
     /// The robot's pose when a reading was taken.

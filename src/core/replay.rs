@@ -4,7 +4,7 @@ mod error;
 mod outcome;
 
 pub use error::ReplayError;
-pub use outcome::Outcome;
+pub use outcome::{CauseTold, Outcome};
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -352,8 +352,7 @@ fn framed(
     readings: &[RangeReading],
     selected: &[bool],
 ) -> (Vec<Frame>, Tally) {
-    let track = Track::new(&events.odometry, &config.frames);
-    let track = track.with_range_delay(config.input.range_delay);
+    let track = Track::of_ranges(&events.odometry, config);
     let mut framer = Framer::new(track, &events.sonars, selected, &config.frames);
     let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
     let (last, tally) = framer.finish();

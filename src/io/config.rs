@@ -1,5 +1,6 @@
 //! `tmam.toml`: the configuration as a file.
 
+pub mod changed;
 pub mod file;
 pub mod keys;
 pub mod render;

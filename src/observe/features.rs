@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::core::config::Config;
 use crate::core::event::name_of;
 use crate::core::observer::{Setting, Source};
-use crate::core::replay::Outcome;
+use crate::core::replay::{CauseTold, Outcome};
 use crate::core::rounding::{covariance, rounded};
 use crate::core::tmam::feature::{Kind, MapFeature, Rejection, Shape};
 use crate::core::tmam::step::Extraction;
@@ -26,6 +26,8 @@ struct FeaturesDocument<'a> {
     counts: Counts<'a>,
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<Poses>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    causes: Option<&'a [CauseTold]>,
     features: Vec<FeatureRow<'a>>,
     map: MapRows,
 }
@@ -254,6 +256,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
             ..Counts::new(outcome)
         },
         poses: Poses::of(outcome),
+        causes: outcome.causes.as_deref(),
         features: extractions.map(|one| feature(one, setting)).collect(),
         map: MapRows {
             lines: map_of(Kind::Line),

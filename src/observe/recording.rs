@@ -53,6 +53,7 @@ use self::suspects::Suspects;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
+use crate::core::replay::CauseTold;
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
@@ -299,6 +300,21 @@ impl<'a> Recording<'a> {
             suspects: suspects.count > 0,
             first: self.first(suspects),
         }
+    }
+
+    /// Tells at the first frame what is off in the log.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn tell_causes(&mut self, causes: &[CauseTold]) -> Result<(), Error> {
+        let Some([first, _]) = self.span else {
+            return Ok(());
+        };
+        for (place, cause) in causes.iter().enumerate() {
+            let text = format!("cause {}: {}", place + 1, cause.text);
+            self.canvas.note(first, TextLogLevel::WARN, text)?;
+        }
+        self.canvas.flush()
     }
 
     /// The frame to open at, where that is not the last one: of the first difference, else of the worst

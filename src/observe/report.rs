@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use crate::core::bits::Bits;
 use crate::core::config::Rule;
 use crate::core::joint::JointEstimate;
 use crate::core::joint::drift::Drift;
@@ -19,6 +20,7 @@ use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
 use crate::io::config::keys;
 use crate::io::log::itemised;
+use crate::observe::causes::LOOKED_AT;
 use crate::observe::viewer::VERSION;
 
 /// What a replay came to, the files it wrote and how to open them.
@@ -31,8 +33,27 @@ pub fn closing(
     written: &[PathBuf],
 ) -> String {
     let mut text = counts(setting, outcome);
+    text.push_str(&causes(outcome));
     text.push_str(&self::written(written));
-    text.extend(fitting_neither(setting, outcome, named));
+    if outcome.causes.as_ref().is_none_or(Vec::is_empty) {
+        text.extend(fitting_neither(setting, outcome, named));
+    }
+    text
+}
+
+/// What is off, or what was looked at and is not.
+fn causes(outcome: &Outcome) -> String {
+    let mut text = String::new();
+    let Some(causes) = &outcome.causes else {
+        return text;
+    };
+    // Writing into a string cannot fail.
+    for (place, cause) in causes.iter().enumerate() {
+        let _ = writeln!(text, "cause {:<4} {}", place + 1, cause.text);
+    }
+    if causes.is_empty() {
+        let _ = writeln!(text, "{:<10} none found among: {LOOKED_AT}", "causes");
+    }
     text
 }
 
@@ -149,6 +170,14 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     }
     for row in [features(outcome), map(setting, outcome)] {
         tell(&mut text, row);
+    }
+    let bits = Bits::of(outcome);
+    if let (Some(share), Some(per_arc)) = (bits.explained_share(), bits.per_arc()) {
+        let what = format!(
+            "of the arcs ({:.1} %) by the map, in {per_arc:.2} bits an arc",
+            100.0 * share
+        );
+        tell(&mut text, ("explained", bits.explained, what));
     }
     text
 }
@@ -398,6 +427,12 @@ mod tests {
             ..Outcome::default()
         };
         fitting_neither(&setting, &outcome, "f.mcap")
+    }
+
+    #[test]
+    fn a_share_that_is_none_has_no_sign_of_its_own() {
+        let shown = [-0.0004, 0.0004, -0.0006, 0.02].map(|share| format!("{:+.1}", percent(share)));
+        assert_eq!(shown, ["+0.0", "+0.0", "-0.1", "+2.0"]);
     }
 
     #[test]

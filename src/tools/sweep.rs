@@ -28,6 +28,10 @@ impl Plan<'_> {
     /// # Errors
     /// A log that cannot be read, and a grid of which no cell could be replayed.
     pub fn run(self, tick: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
+        self.resolved()?.run_resolved(tick)
+    }
+
+    fn run_resolved(self, tick: &(dyn Fn() + Sync)) -> Result<Sweep, SweepError> {
         let runner = Runner::new(&self)?;
         let with_truth = runner.has_truth;
         let ranked_by = self.ranking(with_truth)?;
@@ -66,6 +70,18 @@ impl Plan<'_> {
         })
     }
 
+    /// Whether only mounts, clocks and noise are swept: the ranges tell which fit best, whatever share of
+    /// labels comes out.
+    fn is_of_calibration(&self) -> bool {
+        let mut axes = self.grid.axes().iter();
+        axes.all(|axis| {
+            matches!(
+                axis.parts().first(),
+                Some(&("sonar" | "sonars" | "input" | "noise"))
+            )
+        })
+    }
+
     /// The columns to rank by.
     fn ranking(&self, with_truth: bool) -> Result<Vec<&'static Column>, SweepError> {
         let known = || columns::columns(with_truth);
@@ -79,7 +95,7 @@ impl Plan<'_> {
         let first = asked.transpose()?;
         Ok(first
             .into_iter()
-            .chain(columns::ranking(with_truth))
+            .chain(columns::ranking(with_truth && !self.is_of_calibration()))
             .collect())
     }
 }

@@ -74,7 +74,13 @@ fn the_files_say_what_was_corrected() {
         (0.005..0.02).contains(&found),
         "a centimetre, found {found}"
     );
-    assert!(!poses["closures"].as_array().unwrap().is_empty());
+    let closures = poses["closures"].as_array().unwrap();
+    assert!(!closures.is_empty());
+    for closure in closures {
+        // The round is 18 m long, a frame every 0.1 m or 10 deg.
+        let [a, b] = [&closure["frames"][0], &closure["frames"][1]].map(number);
+        assert!((a - b).abs() > 20.0, "it was elsewhere between: {closure}");
+    }
     let trace = String::from_utf8(bench.bytes("t.jsonl")).unwrap();
     let last: Value = serde_json::from_str(trace.lines().last().unwrap()).unwrap();
     let [x, y] = [&last["odometry"][0], &last["odometry"][1]].map(number);

@@ -91,6 +91,22 @@ fn the_path_is_the_same_in_both_formats_and_odometry_s_where_that_is_asked_for()
 }
 
 #[test]
+fn of_a_part_of_the_log_the_path_is_of_that_part() {
+    let bench = Bench::new();
+    let run = |arguments: &str, path: &str| {
+        let replay = format!("replay {{}} -q --poses odometry {arguments} --path {path}");
+        let run = bench.tmam(&sample("room_drive.mcap"), &replay);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        tum(&String::from_utf8(bench.bytes(path)).unwrap())
+    };
+    let (whole, part) = (run("", "whole.tum"), run("--start 20 --end 30", "part.tum"));
+    let (first, last) = (part[0], part[part.len() - 1]);
+    let seconds = (last.0 - first.0) as f64 * 1e-9;
+    assert!((9.5..10.0).contains(&seconds), "{seconds}");
+    assert!(whole.contains(&first) && whole.contains(&last));
+}
+
+#[test]
 fn a_path_that_is_no_path_is_refused_before_anything_is_read() {
     let bench = Bench::new();
     let run = bench.tmam(&sample("room_step.mcap"), "replay {} --path p.csv");

@@ -98,6 +98,9 @@ impl Default for Input {
             trust_unchecked: false,
             max_readings: 2_000_000,
             range_delay: 0.0,
+            range_clock_rate: 0.0,
+            odometry_scale: 1.0,
+            odometry_turn_scale: 1.0,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::Serialize;
+
 use crate::core::frames::{Frame, Tally};
 use crate::core::joint::{JointEstimate, OdometryKept};
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
@@ -44,6 +46,17 @@ pub struct Outcome {
     /// Poses and features estimated together, or why the poses stay those of odometry; `None` where that
     /// was asked for.
     pub poses: Option<Result<JointEstimate, OdometryKept>>,
+    /// What is off, each tried, the weightiest first; `None` where that was not looked for.
+    pub causes: Option<Vec<CauseTold>>,
+}
+
+/// What is off, in words.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct CauseTold {
+    /// What it is, what mends it, and what comes of that.
+    pub text: String,
+    /// The keys that mend it, each as `--set` takes it.
+    pub settings: Vec<String>,
 }
 
 impl Outcome {

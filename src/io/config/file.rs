@@ -122,7 +122,7 @@ fn into_radians(table: &mut Table) -> Result<(), ConfigError> {
 }
 
 /// Puts the values of one table over those of another.
-fn overlay(below: &mut Table, above: Table) {
+pub(super) fn overlay(below: &mut Table, above: Table) {
     for (name, value) in above {
         match (below.get_mut(&name), value) {
             (Some(Value::Table(below)), Value::Table(above)) => overlay(below, above),

@@ -67,6 +67,9 @@ pub const KEYS: &[Key] = &[
     key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
     key("input.max_readings", Plain, AtLeast(1.0), "readings and odometry samples held, 60 bytes each"),
     key("input.range_delay", Plain, Any, "s that ranges are stamped late: their poses are so much older"),
+    key("input.range_clock_rate", Plain, Between(-0.5, 0.5), "share by which the clock of the ranges runs fast: 0.003 gains 3 ms a second"),
+    key("input.odometry_scale", Plain, Above(0.0), "what distances of odometry are multiplied with"),
+    key("input.odometry_turn_scale", Plain, Above(0.0), "what turns of odometry are multiplied with"),
 
     key("frames.step", Plain, AtLeast(0.0), "m driven that open a new frame; 0: one at every stamp"),
     key("frames.step_angle", Degrees, Above(0.0), "deg turned that open a new frame"),
@@ -113,6 +116,8 @@ pub const KEYS: &[Key] = &[
     key("noise_aware.join_corners", Plain, Any, "at the end, walls and the corners in which they meet together"),
 
     key("sonars.beam_width", Degrees, Between(0.0, 360.0), "deg, full angle; where the message has none"),
+    key("sonars.range_scale", Plain, Above(0.0), "what ranges are multiplied with; default: 1"),
+    key("sonars.range_offset", Plain, Any, "m added to ranges after that; default: 0"),
 
     key("sonar.*.x", Plain, Any, "m; mount in the robot frame, before the log's transforms"),
     key("sonar.*.y", Plain, Any, "m"),
@@ -120,6 +125,8 @@ pub const KEYS: &[Key] = &[
     key("sonar.*.beam_width", Degrees, Between(0.0, 360.0), "deg, full angle; where the message has none"),
     key("sonar.*.min_range", Plain, AtLeast(0.0), "m; before the message's"),
     key("sonar.*.max_range", Plain, Above(0.0), "m; before the message's"),
+    key("sonar.*.range_scale", Plain, Above(0.0), "what its ranges are multiplied with; default: that of all sonars"),
+    key("sonar.*.range_offset", Plain, Any, "m added to its ranges after that; default: that of all sonars"),
 
     key("channel.*.type", Plain, Any, "type of the messages, where the log does not say it"),
     key("channel.*.range", Plain, Any, "path of the range, or of an array of them"),

@@ -12,6 +12,7 @@ use super::odometry::{Chosen, Circumstances, Odometry};
 use super::sonars::Placing;
 use super::stamps::{self, Clock, ClockSet};
 use super::{channels as found, hits, leaps, repeats};
+use crate::core::calibrate::change::Change;
 use crate::core::config::Config;
 use crate::core::event::Events;
 use crate::core::legible::one_line;
@@ -188,6 +189,7 @@ fn put_together(
         odometry: samples,
     };
     events.sort();
+    Change::of_configuration(config, &events.sonars).apply(&mut events);
     let log = Log {
         file,
         events,

@@ -385,8 +385,7 @@ impl Truth {
     /// not depend on the frames that a configuration makes of them.
     fn see(&mut self, replay: &Replay<'_>) {
         let setting = replay.setting();
-        let track = Track::new(&replay.log().events.odometry, &setting.config.frames)
-            .with_range_delay(setting.config.input.range_delay);
+        let track = Track::of_ranges(&replay.log().events.odometry, setting.config);
         let echoes = replay
             .readings()
             .filter(|reading| reading.classify() == Return::Echo);

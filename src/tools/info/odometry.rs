@@ -90,7 +90,7 @@ pub fn odometry(
     let turn = |[a, b]: &[OdometrySample; 2]| {
         angle_between(b.world_from_robot.yaw, a.world_from_robot.yaw)
     };
-    let track = Track::new(samples, &config.frames).with_range_delay(config.input.range_delay);
+    let track = Track::of_ranges(samples, config);
     let count = |test: &dyn Fn(i64) -> bool| {
         let instants = events.readings.iter().map(|r| track.instant_ns(r));
         instants.filter(|instant| test(*instant)).count() as u64

@@ -124,8 +124,7 @@ type PlacedReading<'a> = (&'a RangeReading, Option<Vec2>);
 
 /// The facts of every sonar, in the order of [`Events::sonars`].
 pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
-    let track =
-        Track::new(&events.odometry, &config.frames).with_range_delay(config.input.range_delay);
+    let track = Track::of_ranges(&events.odometry, config);
     let mut placed: Vec<Vec<PlacedReading<'_>>> = vec![Vec::new(); events.sonars.len()];
     for reading in &events.readings {
         let index = reading.sonar.index();

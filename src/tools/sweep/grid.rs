@@ -20,6 +20,8 @@ pub struct Axis {
     pub unit: Unit,
     /// In the order in which they were given.
     pub values: Vec<f64>,
+    /// Whether they are to be added to what is configured.
+    pub is_relative: bool,
 }
 
 /// Why something cannot be swept.
@@ -69,7 +71,7 @@ pub enum AxisError {
 /// What is wrong with the values of a key.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum ValuesError {
-    #[error("is neither a number nor A:B:STEP (5:15:0.5) nor a list (5,7.5,10)")]
+    #[error("is neither a number nor A:B:STEP (5:15:0.5) nor +-A:STEP nor a list (5,7.5,10)")]
     NotNumbers,
     #[error("has no step; write A:B:STEP, both ends included")]
     NoStep,
@@ -105,8 +107,11 @@ impl Axis {
                 suggestion: keys::nearest(&parts),
             })
         })?;
-        let values = values(spec).map_err(|problem| AxisError::of_values(key, spec, problem))?;
-        if let Some(value) = values.iter().find(|value| !known.bounds.hold(**value)) {
+        let around = spec.trim().strip_prefix("+-");
+        let values = around.map_or_else(|| values(spec), around_configured);
+        let values = values.map_err(|problem| AxisError::of_values(key, spec, problem))?;
+        let beyond = values.iter().find(|value| !known.bounds.hold(**value));
+        if let Some(value) = beyond.filter(|_| around.is_none()) {
             return Err(bad(ConfigError::OutOfBounds {
                 key: parts.join("."),
                 value: *value,
@@ -118,7 +123,18 @@ impl Axis {
             unit: known.unit,
             path,
             values,
+            is_relative: around.is_some(),
         })
+    }
+
+    /// The same around a configured value, where the values are relative.
+    pub fn around(&self, configured: f64) -> Self {
+        let moved = |value: &f64| rounded(configured + value);
+        Self {
+            values: self.values.iter().map(moved).collect(),
+            is_relative: false,
+            ..self.clone()
+        }
     }
 
     /// The key as TOML has it.
@@ -219,6 +235,20 @@ pub fn values(spec: &str) -> Result<Vec<f64>, ValuesError> {
     }
 }
 
+/// From `-A` to `A` of `A:STEP`: what `+-A:STEP` means.
+fn around_configured(spec: &str) -> Result<Vec<f64>, ValuesError> {
+    match spec.split_once(':') {
+        Some((width, step)) => {
+            let [width, step] = [width, step].map(|part| part.trim().parse::<f64>());
+            match (width, step) {
+                (Ok(width), Ok(step)) => range(-width, width, step),
+                _ => Err(ValuesError::NotNumbers),
+            }
+        }
+        None => Err(ValuesError::NoStep),
+    }
+}
+
 /// From one end to the other, both included; a sum of steps that misses the end by rounding alone
 /// is at the end.
 fn range(from: f64, to: f64, step: f64) -> Result<Vec<f64>, ValuesError> {
@@ -273,6 +303,26 @@ impl Grid {
             return Err(AxisError::TooManyCells { cells });
         }
         Ok(Self { axes })
+    }
+
+    /// The same with what is relative around what is configured.
+    ///
+    /// # Errors
+    /// What `configured` does not know, and as [`Self::new`].
+    pub fn around<E: From<AxisError>>(
+        &self,
+        configured: impl Fn(&Axis) -> Result<f64, E>,
+    ) -> Result<Self, E> {
+        let resolved = self.axes.iter().map(|axis| match axis.is_relative {
+            true => Ok(axis.around(configured(axis)?)),
+            false => Ok(axis.clone()),
+        });
+        Ok(Self::new(resolved.collect::<Result<_, E>>()?)?)
+    }
+
+    /// Whether values of an axis are relative to what is configured.
+    pub fn is_relative(&self) -> bool {
+        self.axes.iter().any(|axis| axis.is_relative)
     }
 
     /// What is swept.

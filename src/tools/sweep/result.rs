@@ -7,6 +7,9 @@ use super::grid::Grid;
 use super::runner::{About, CellError, Configured};
 use super::score::Score;
 
+/// Bits of all arcs that another value gains by chance.
+const BY_CHANCE: f64 = 10.0;
+
 /// A sweep that has run.
 #[derive(Debug)]
 pub struct Sweep {
@@ -137,6 +140,52 @@ impl Sweep {
         } else {
             Lead::Worse(difference)
         })
+    }
+}
+
+impl Sweep {
+    /// Where the first ranked number is best between the values of an axis, through the best cell and its
+    /// neighbours: a parabola's. `None` where it is not between them.
+    pub fn interpolated(&self, place: usize) -> Option<f64> {
+        let (best, score) = self.best()?;
+        let column = self.ranked_by.first()?;
+        let at = self.grid.places(best.index);
+        let axis = self.grid.axes().get(place)?;
+        let value = |step: isize| {
+            let beside = at.get(place)?.checked_add_signed(step)?;
+            axis.values.get(beside).copied()
+        };
+        let beside = |step: isize| {
+            let wanted = at.get(place)?.checked_add_signed(step)?;
+            let cell = self.cells.iter().find(|cell| {
+                let places = self.grid.places(cell.index);
+                let mut same = places.iter().zip(&at).enumerate();
+                same.all(|(axis, (a, b))| if axis == place { *a == wanted } else { a == b })
+            })?;
+            (column.of)(cell.scored()?)
+        };
+        let [x0, x1, x2] = [value(-1)?, value(0)?, value(1)?];
+        let [y0, y1, y2] = [beside(-1)?, (column.of)(score)?, beside(1)?];
+        let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
+        let bend = right - left;
+        // The slope is zero where it lies between those halfway to the neighbours.
+        let found = (x0 + x1) / 2.0 - left * ((x2 - x0) / 2.0) / bend;
+        (found.is_finite() && (found - x0) * (found - x2) < 0.0).then_some(found)
+    }
+
+    /// Whether the lead in bits is one that the noise gives as well: fewer in all than a parameter gains by
+    /// chance.
+    pub fn is_tie(&self) -> bool {
+        let (Some((_, best)), Ok(configured)) = (self.best(), &self.configured.score) else {
+            return false;
+        };
+        let by_bits = self
+            .ranked_by
+            .first()
+            .is_some_and(|column| column.name == "bits");
+        let gained = configured.bits.zip(best.bits);
+        let gained = gained.map(|(before, after)| (before - after) * best.arcs as f64);
+        by_bits && gained.is_some_and(|gained| (0.0..=BY_CHANCE).contains(&gained))
     }
 }
 

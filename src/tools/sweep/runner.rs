@@ -77,6 +77,12 @@ pub enum SweepError {
     /// The truth in it.
     #[error("{0}, or leave the truth out of it with --no-truth")]
     Truth(#[source] TruthError),
+    /// A relative value of what is not configured.
+    #[error("{key} has no one value that others could be relative to: give the values themselves")]
+    NothingConfigured {
+        /// What was to be swept.
+        key: String,
+    },
     /// A sonar that the log does not have.
     #[error("{key}: the log has no sonar `{name}`; it has {}", one_line(&sonars.join(", ")))]
     NoSuchSonar {
@@ -111,6 +117,27 @@ pub enum SweepError {
         /// Why.
         source: rayon::ThreadPoolBuildError,
     },
+}
+
+impl Plan<'_> {
+    /// The same with values that are relative to what is configured as what they come to.
+    ///
+    /// # Errors
+    /// A log that cannot be read as configured, and what is not configured.
+    pub fn resolved(self) -> Result<Self, SweepError> {
+        if !self.grid.is_relative() {
+            return Ok(self);
+        }
+        let log = Gathered::read(self.log, self.config)?.log(self.config)?;
+        know_sonars(self.grid.axes(), &log)?;
+        let sigma = Replay::new(&log, self.config).ok();
+        let sigma = sigma.and_then(|replay| replay.config().noise.sigma_abs);
+        let grid = self.grid.around(|axis| {
+            let configured = value(axis, self.config, &log.events.sonars, sigma);
+            configured.ok_or_else(|| SweepError::NothingConfigured { key: axis.key() })
+        })?;
+        Ok(Self { grid, ..self })
+    }
 }
 
 /// What the log gives without the sweep.

@@ -1,22 +1,12 @@
 //! What a replay is worth, with and without the truth.
 //!
 //! Without it a replay is judged by how well its own map explains its readings: a wrong mount or a
-//! late clock puts readings beside the walls that other readings made. A map can be bought with
-//! more walls, so these have their price: [`Score::bits`] is what it takes to write down a reading
-//! to the millimetre when the map is known, the map itself included.
+//! late clock puts readings beside the walls that other readings made. [`Bits`] says by how much.
 
-use std::f64::consts::{LOG2_E, TAU};
-
+use crate::core::bits::Bits;
 use crate::core::replay::Outcome;
 use crate::core::tmam::feature::{Action, Kind, Status};
 use crate::tools::evaluate::Evaluation;
-
-/// To what a reading is written down, metres.
-const PRECISION: f64 = 1e-3;
-/// Over what a reading that the map does not explain can lie, metres.
-const SPAN: f64 = 10.0;
-/// What a feature costs, in unexplained readings: it has two parameters.
-const FEATURE: f64 = 2.0;
 
 /// What a replay is worth.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -88,42 +78,10 @@ impl Score {
     }
 }
 
-/// How the noise-aware map explains arcs.
-#[derive(Debug, Default)]
-struct Explained {
-    arcs: u64,
-    explained: u64,
-    chi2: f64,
-    bits: f64,
-}
-
-impl Explained {
-    fn of(outcome: &Outcome) -> Self {
-        let mut all = Self::default();
-        let unexplained = libm::log2(SPAN / PRECISION);
-        for report in &outcome.reports {
-            all.arcs += 1;
-            let bits = outcome
-                .prediction
-                .residual(&report.arc)
-                .map_or(unexplained, |fit| {
-                    all.explained += 1;
-                    all.chi2 += fit.chi2();
-                    let width = (TAU * fit.variance).sqrt() / PRECISION;
-                    libm::log2(width) + fit.chi2() / 2.0 * LOG2_E
-                });
-            all.bits += bits.clamp(0.0, unexplained);
-        }
-        all
-    }
-}
-
 impl Score {
     /// The score of a replay.
     pub fn new(outcome: &Outcome, truth: Option<TruthScore>) -> Self {
-        let known = Explained::of(outcome);
-        let features = outcome.prediction.features() as f64;
-        let map = features * FEATURE * libm::log2(SPAN / PRECISION);
+        let known = Bits::of(outcome);
         let mean = |sum: f64, count: u64| (count > 0).then(|| sum / count as f64);
         let confirmed = |kind| {
             let features = outcome.map.iter();
@@ -150,7 +108,7 @@ impl Score {
             rms: mean(squares, readings).map(f64::sqrt),
             explained: known.explained,
             chi2: mean(known.chi2, known.explained),
-            bits: mean(known.bits + map, known.arcs),
+            bits: known.per_arc(),
             truth,
         }
     }

@@ -7,6 +7,7 @@ use super::columns::{Better, Column, columns};
 use super::grid::Axis;
 use super::result::{Lead, LeadDifference, Sweep};
 use crate::core::legible::one_line;
+use crate::core::rounding::fixed;
 use crate::core::wording::counted;
 use crate::io::log::itemised;
 use crate::tools::tables::{render, table};
@@ -185,8 +186,8 @@ pub fn lead(sweep: &Sweep) -> String {
         Some(Lead::Alike) => "the best cell is no better than that".to_owned(),
         Some(Lead::Failed(problem)) => format!("cannot be replayed: {problem}"),
         Some(Lead::Better(difference)) => {
-            let small = if difference.is_small() {
-                "; that is next to nothing: take it for a tie"
+            let small = if difference.is_small() || sweep.is_tie() {
+                "; that is next to nothing: take it for a tie, and keep what is configured"
             } else {
                 ""
             };
@@ -236,6 +237,15 @@ fn along(sweep: &Sweep, place: usize, axis: &Axis) -> String {
         }
     }
     let key = axis.key();
+    if matches!(sweep.lead(), Some(Lead::Better(_)))
+        && !sweep.is_tie()
+        && let Some(value) = sweep.interpolated(place)
+    {
+        return format!(
+            "  {key} is best at about {} between its values\n",
+            significant(value, axis)
+        );
+    }
     if count > 1 && held.iter().all(|held| *held) {
         return format!("  {key} makes no difference among them: every value is as good\n");
     }
@@ -244,4 +254,12 @@ fn along(sweep: &Sweep, place: usize, axis: &Axis) -> String {
         return format!("  {key} is best at an end of its values: sweep on beyond it\n");
     }
     String::new()
+}
+
+/// A value to a tenth of the step between an axis's values.
+fn significant(value: f64, axis: &Axis) -> String {
+    let steps = axis.values.array_windows().map(|[a, b]| (b - a).abs());
+    let step = steps.fold(f64::INFINITY, f64::min);
+    let decimals = libm::ceil(1.0 - libm::log10(step)).clamp(0.0, 9.0) as usize;
+    fixed(value, decimals)
 }

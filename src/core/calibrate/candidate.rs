@@ -1,0 +1,215 @@
+//! What may be off, by what the ranges and the beams of a replay say: to be tried.
+
+use super::bearings::{Beam, trials};
+use super::parameter::{Parameter, Quantity, Whose};
+use super::ranges::{self, RangeEstimate};
+use super::seen::Scene;
+use crate::core::event::SonarId;
+use crate::core::replay::{Outcome, Replay};
+
+/// An estimate is clear from so many standard deviations on, and from such a gain on, in natural
+/// logarithms.
+const CLEAR: f64 = 4.0;
+const CLEAR_GAIN: f64 = 10.0;
+
+/// What a parameter gains where nothing is off, in natural logarithms: with a thousand readings.
+const OF_PARAMETER: f64 = 3.5;
+
+/// Parameters that are off together, the others being as configured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// By how much, with standard deviations.
+    pub values: Vec<Estimated>,
+    /// By how much the log is likelier with them, in natural logarithms.
+    pub gain: f64,
+}
+
+/// A parameter as a log has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimated {
+    /// Which.
+    pub parameter: Parameter,
+    /// As a change of what is configured.
+    pub value: f64,
+    /// Its standard deviation.
+    pub deviation: f64,
+}
+
+/// All that one replay says of its parameters.
+#[derive(Debug, Clone)]
+pub struct Estimates {
+    /// What the ranges say; `None` where there are too few.
+    pub ranges: Option<RangeEstimate>,
+    /// What the beams say.
+    pub beams: Vec<Beam>,
+    /// How long the log is, seconds.
+    pub seconds: f64,
+}
+
+impl Estimates {
+    /// Of a replay.
+    pub fn new(replay: &Replay<'_>, outcome: &Outcome) -> Self {
+        let scene = Scene::new(replay, outcome);
+        let mut widths = vec![0.0; scene.mounts.len()];
+        for ping in &scene.pings {
+            if let Some(width) = widths.get_mut(ping.sonar.index()) {
+                *width = ping.beam_width;
+            }
+        }
+        let beams = (0..).zip(widths).zip(trials(&scene));
+        let source = replay.setting().source;
+        Self {
+            beams: beams
+                .map(|((sonar, width), trials)| Beam::new(SonarId(sonar), width, &trials))
+                .collect(),
+            ranges: ranges::estimate(&scene, replay, outcome),
+            seconds: source.end_ns.saturating_sub(source.start_ns) as f64 * 1e-9,
+        }
+    }
+
+    /// Everything that can be off by itself.
+    pub fn groups(&self) -> Vec<Vec<Parameter>> {
+        use Quantity::{BeamWidth, RangeOffset, RangeScale, X, Y, Yaw};
+        let all = |of| vec![Parameter::Sonar(Whose::All, of)];
+        let shared = [
+            vec![Parameter::RangeDelay],
+            vec![Parameter::ClockRate],
+            vec![Parameter::OdometryScale],
+            vec![Parameter::OdometryTurnScale],
+            all(RangeScale),
+            all(RangeOffset),
+            all(BeamWidth),
+        ];
+        let sonars = self.beams.iter().flat_map(|beam| {
+            let of = |quantity| Parameter::Sonar(Whose::One(beam.sonar), quantity);
+            [
+                vec![of(Yaw)],
+                vec![of(X), of(Y)],
+                vec![of(RangeScale)],
+                vec![of(RangeOffset)],
+                vec![of(BeamWidth)],
+            ]
+        });
+        shared.into_iter().chain(sonars).collect()
+    }
+
+    /// What the log says of some parameters, the others being as configured.
+    pub fn of(&self, parameters: &[Parameter]) -> Option<Candidate> {
+        let peak = match parameters {
+            [Parameter::Sonar(whose, Quantity::Yaw)] => {
+                let beam = self.beams.iter().find(|beam| whose.holds(beam.sonar))?;
+                Some(beam.axis()?)
+            }
+            [Parameter::Sonar(Whose::All, Quantity::BeamWidth)] => {
+                Some(Beam::all_wider(&self.beams)?)
+            }
+            [Parameter::Sonar(whose, Quantity::BeamWidth)] => {
+                let beam = self.beams.iter().find(|beam| whose.holds(beam.sonar))?;
+                Some(beam.wider()?)
+            }
+            _ => None,
+        };
+        if let ([parameter], Some(peak)) = (parameters, peak) {
+            return Some(Candidate {
+                values: vec![Estimated {
+                    parameter: *parameter,
+                    value: peak.value,
+                    deviation: peak.deviation,
+                }],
+                gain: peak.gain,
+            });
+        }
+        let alone = self.ranges.as_ref()?.alone(parameters)?;
+        let values = alone.values.iter().zip(&alone.deviations);
+        Some(Candidate {
+            values: values
+                .map(|((parameter, value), deviation)| Estimated {
+                    parameter: *parameter,
+                    value: *value,
+                    deviation: *deviation,
+                })
+                .collect(),
+            gain: alone.gain,
+        })
+    }
+
+    /// What is clearly off, the likeliest first.
+    pub fn candidates(&self) -> Vec<Candidate> {
+        let groups = self.groups().into_iter();
+        let mut candidates: Vec<Candidate> = groups
+            .filter_map(|group| self.of(&group))
+            .filter(|candidate| candidate.is_clear(self.seconds))
+            .collect();
+        candidates.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+        candidates
+    }
+}
+
+impl Candidate {
+    /// Whether it is off by more than its uncertainty, and by enough to matter in a log of so many seconds.
+    pub fn is_clear(&self, seconds: f64) -> bool {
+        let is_off = |one: &Estimated| {
+            one.value.abs() > CLEAR * one.deviation && one.value.abs() > one.least(seconds)
+        };
+        self.gain > CLEAR_GAIN
+            && self.gain.is_finite()
+            // Of several, each is uncertain where another one can stand for it.
+            && (self.values.len() > 1 || self.values.iter().all(is_off))
+            && self.values.iter().any(|one| one.value.abs() > one.least(seconds))
+            && self.values.iter().all(|one| one.value.abs() < one.most())
+    }
+
+    /// Whose it is, and whether the beams say so.
+    pub fn origin(&self) -> Option<(Parameter, bool)> {
+        let first = self.values.first()?.parameter;
+        Some(match first {
+            Parameter::Sonar(whose, quantity) => {
+                let of_beam = matches!(quantity, Quantity::Yaw | Quantity::BeamWidth);
+                (Parameter::Sonar(whose, Quantity::X), of_beam)
+            }
+            shared => (shared, false),
+        })
+    }
+
+    /// The gain less what a parameter gains by chance.
+    pub fn worth(&self) -> f64 {
+        self.gain - OF_PARAMETER * self.values.len() as f64
+    }
+}
+
+impl Estimated {
+    /// What matters: less moves no feature by more than a centimetre or so.
+    pub fn least(&self, seconds: f64) -> f64 {
+        match self.parameter {
+            Parameter::RangeDelay => 0.01,
+            Parameter::ClockRate => 0.02 / seconds.max(1.0),
+            Parameter::OdometryScale | Parameter::OdometryTurnScale => 0.003,
+            Parameter::Sonar(_, quantity) => match quantity {
+                Quantity::X | Quantity::Y => 0.01,
+                Quantity::Yaw => 1.0_f64.to_radians(),
+                Quantity::RangeScale => 0.004,
+                Quantity::RangeOffset => 0.008,
+                Quantity::BeamWidth => 3.0_f64.to_radians(),
+            },
+        }
+    }
+
+    /// What is off by more is nothing that ranges of a map could find.
+    fn most(&self) -> f64 {
+        match self.parameter {
+            Parameter::RangeDelay => 1.5,
+            Parameter::ClockRate => 0.05,
+            Parameter::OdometryScale | Parameter::OdometryTurnScale => 0.2,
+            Parameter::Sonar(_, quantity) => match quantity {
+                Quantity::X | Quantity::Y | Quantity::RangeOffset | Quantity::RangeScale => 0.2,
+                Quantity::Yaw => 1.5,
+                Quantity::BeamWidth => 2.0,
+            },
+        }
+    }
+
+    /// More uncertain than this the log cannot tell.
+    pub fn tellable(&self, seconds: f64) -> f64 {
+        3.0 * self.least(seconds)
+    }
+}

@@ -1,0 +1,131 @@
+//! `tmam calibrate` and the causes that a replay tells: what is off is found, and what is not is not.
+
+mod seeded;
+
+use std::path::Path;
+
+use crate::support::{Bench, Run};
+use serde_json::Value;
+
+fn ok(run: &Run) -> &str {
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    &run.stdout
+}
+
+/// A drive through the room with 3 mm of range noise.
+fn drive(bench: &Bench) {
+    let flags = "simulate -o drive.mcap --drive --noise 0.003 --seed 5";
+    ok(&bench.tmam(Path::new(""), flags));
+}
+
+#[test]
+fn a_sonar_that_is_turned_is_told_and_the_line_that_mends_it_does() {
+    let bench = Bench::new();
+    drive(&bench);
+    let log = bench.path("drive.mcap");
+    // The log has 135.
+    let turned = "--set sonar.sonar_06.yaw=131";
+    let told = bench.tmam(
+        &log,
+        &format!("calibrate {{}} {turned} --json --write tmam.toml"),
+    );
+    let told: Value = serde_json::from_str(ok(&told)).unwrap();
+    let key = &told["keys"][0];
+    assert_eq!(key["key"], serde_json::json!(["sonar", "sonar_06", "yaw"]));
+    let yaw = key["value"].as_f64().unwrap();
+    assert!((yaw - 135.0).abs() < 1.2, "{told:#}");
+    assert_eq!(told["keys"].as_array().unwrap().len(), 1, "{told:#}");
+    // A replay says the same, in its summary and its features.
+    let run = bench.tmam(&log, &format!("replay {{}} {turned} --features f.json"));
+    assert!(
+        ok(&run).contains("cause 1    sonar_06 is turned by +"),
+        "{}",
+        run.stdout
+    );
+    let cause = bench.json("f.json")["causes"][0].clone();
+    let setting = format!("sonar.sonar_06.yaw={yaw}");
+    assert_eq!(cause["settings"], serde_json::json!([setting]));
+    // And is content with what was written.
+    let run = bench.tmam(&log, "replay {} --config tmam.toml --features f.json");
+    assert!(
+        ok(&run).contains("none found among: mounts"),
+        "{}",
+        run.stdout
+    );
+    assert_eq!(bench.json("f.json")["causes"], serde_json::json!([]));
+    let run = bench.tmam(&log, "replay {} --no-causes --features f.json");
+    assert!(!ok(&run).contains("cause"), "{}", run.stdout);
+    assert_eq!(bench.json("f.json")["causes"], Value::Null);
+}
+
+#[test]
+fn a_clock_that_is_early_is_told() {
+    let bench = Bench::new();
+    drive(&bench);
+    let flags = "calibrate {} --set input.range_delay=0.1 --json";
+    let told = bench.tmam(&bench.path("drive.mcap"), flags);
+    let told: Value = serde_json::from_str(ok(&told)).unwrap();
+    let keys = told["keys"].as_array().unwrap();
+    assert_eq!(keys.len(), 1, "{told:#}");
+    assert_eq!(keys[0]["key"], serde_json::json!(["input", "range_delay"]));
+    let delay = keys[0]["value"].as_f64().unwrap();
+    assert!(delay.abs() < 0.005, "{told:#}");
+}
+
+#[test]
+fn the_keys_of_a_configuration_are_what_a_calibration_changes() {
+    let bench = Bench::new();
+    drive(&bench);
+    let log = bench.path("drive.mcap");
+    let features = |flags: &str| {
+        ok(&bench.tmam(
+            &log,
+            &format!("replay {{}} --no-causes --features f.json {flags}"),
+        ));
+        let found = bench.json("f.json");
+        (found["map"].clone(), found["counts"].clone())
+    };
+    let plain = features("");
+    // What is changed and changed back, but for rounding, is a log as it was.
+    for nothing in [
+        "--set input.odometry_scale=1 --set input.odometry_turn_scale=1",
+        "--set sonars.range_scale=1 --set sonars.range_offset=0 --set input.range_clock_rate=0",
+    ] {
+        assert_eq!(plain, features(nothing), "{nothing}");
+    }
+    for other in [
+        "--set input.odometry_scale=1.02",
+        "--set input.odometry_turn_scale=1.02",
+        "--set sonars.range_scale=1.02",
+        "--set sonar.sonar_03.range_offset=0.03",
+        "--set input.range_clock_rate=0.003",
+    ] {
+        assert_ne!(plain, features(other), "{other}");
+    }
+}
+
+#[test]
+fn a_sweep_takes_values_around_what_is_configured() {
+    let bench = Bench::new();
+    drive(&bench);
+    let log = bench.path("drive.mcap");
+    let run = bench.tmam(&log, "sweep {} --set sonar.sonar_03.yaw=+-5:2.5 --json");
+    let sweep: Value = serde_json::from_str(ok(&run)).unwrap();
+    let values = serde_json::json!([62.5, 65.0, 67.5, 70.0, 72.5]);
+    assert_eq!(sweep["axes"][0]["values"], values);
+    // The log has the truth, and mounts are ranked by the ranges all the same.
+    assert_eq!(sweep["truth"], true);
+    assert_eq!(sweep["ranked_by"][0], "bits");
+    assert_eq!(sweep["cells"][0]["values"][0], 67.5);
+    for (flags, said) in [
+        ("--set sonar.sonar_03.yaw=+-5", "has no step"),
+        (
+            "--set sonar.sonar_03.min_range=+-0.1:0.1",
+            "has no one value",
+        ),
+    ] {
+        let run = bench.tmam(&log, &format!("sweep {{}} {flags}"));
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(run.stderr.contains(said), "{}", run.stderr);
+    }
+}

@@ -1,0 +1,307 @@
+//! The table of `docs/calibrate.md`: logs in each of which one thing is off, and what is found.
+//!
+//! It takes long, so it runs when asked for: `TMAM_SEEDS` says with how many seeds, `TMAM_CASES` which
+//! rows. It fails where the page does not hold what it finds, and puts it there under `TMAM_UPDATE_DOCS=1`.
+
+use std::env;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Cursor;
+
+use tmam_replay::core::calibrate::change::Change;
+use tmam_replay::core::calibrate::parameter::{Parameter, Quantity, Whose};
+use tmam_replay::core::calibrate::search::{Effort, Search, search};
+use tmam_replay::core::config::Config;
+use tmam_replay::core::event::SonarId;
+use tmam_replay::core::replay::Replay;
+use tmam_replay::core::world::World;
+use tmam_replay::io::log::read_with_truth_in;
+use tmam_replay::tools::simulate::{
+    Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation,
+};
+use tmam_replay::{Log, RangeReading};
+
+/// Where the table stands on the page.
+const TABLE: [&str; 2] = ["<!-- seeded: begin -->\n", "<!-- seeded: end -->\n"];
+
+/// The sonar that is wrong.
+const WRONG: SonarId = SonarId(6);
+
+/// What is wrong with a log.
+#[derive(Debug, Clone, Copy)]
+enum Wrong {
+    /// Nothing.
+    Clean,
+    /// What a configuration could mend.
+    Value(Parameter, f64),
+    /// Odometry drifts by 1 cm and 0.2 deg after a metre.
+    Drift,
+    /// A twentieth of the readings is of another sonar's sound, and a twentieth anything.
+    Clutter,
+    /// A sonar hears nothing.
+    Dead,
+}
+
+fn of(quantity: Quantity) -> Parameter {
+    Parameter::Sonar(Whose::One(WRONG), quantity)
+}
+
+fn of_all(quantity: Quantity) -> Parameter {
+    Parameter::Sonar(Whose::All, quantity)
+}
+
+/// Every row, by what it is called. A value is what the configuration is off by.
+fn cases() -> Vec<(String, Wrong)> {
+    let mut cases = vec![
+        ("clean".to_owned(), Wrong::Clean),
+        ("drift".to_owned(), Wrong::Drift),
+        ("clutter".to_owned(), Wrong::Clutter),
+        ("dead sonar".to_owned(), Wrong::Dead),
+    ];
+    let mut add = |name: String, parameter, value: f64| {
+        cases.push((name, Wrong::Value(parameter, value)));
+    };
+    for degrees in [1.0_f64, 2.0, 3.0, 5.0] {
+        add(
+            format!("yaw {degrees} deg"),
+            of(Quantity::Yaw),
+            degrees.to_radians(),
+        );
+    }
+    for centimetres in [2.0, 5.0] {
+        add(
+            format!("mount {centimetres} cm"),
+            of(Quantity::X),
+            centimetres / 100.0,
+        );
+    }
+    for milliseconds in [-100.0, 50.0, 100.0, 300.0] {
+        add(
+            format!("delay {milliseconds} ms"),
+            Parameter::RangeDelay,
+            milliseconds / 1e3,
+        );
+    }
+    for percent in [0.3, 1.0] {
+        add(
+            format!("clock rate {percent} %"),
+            Parameter::ClockRate,
+            percent / 100.0,
+        );
+    }
+    for percent in [1.0, 5.0] {
+        add(
+            format!("range scale {percent} %"),
+            of(Quantity::RangeScale),
+            percent / 100.0,
+        );
+    }
+    add(
+        "range offset 3 cm".to_owned(),
+        of(Quantity::RangeOffset),
+        0.03,
+    );
+    add(
+        "all range scale 5 %".to_owned(),
+        of_all(Quantity::RangeScale),
+        0.05,
+    );
+    add(
+        "odometry scale 2 %".to_owned(),
+        Parameter::OdometryScale,
+        0.02,
+    );
+    let half = Ring::default().beam_width / 2.0;
+    add(
+        "beams half as wide".to_owned(),
+        of_all(Quantity::BeamWidth),
+        -half,
+    );
+    add(
+        "beams half wider".to_owned(),
+        of_all(Quantity::BeamWidth),
+        half,
+    );
+    cases
+}
+
+fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
+    let clutter = if matches!(wrong, Wrong::Clutter) {
+        0.05
+    } else {
+        0.0
+    };
+    let simulation = Simulation {
+        world: World::room(),
+        diffuse: 0.0,
+        path: Path::room(),
+        motion: Motion::Driving(Driving::default()),
+        ring: Ring::default(),
+        range_noise: RangeNoise {
+            sigma,
+            outliers: clutter,
+            ..RangeNoise::default()
+        },
+        false_echoes: FalseEchoes {
+            cross_talk: clutter,
+            ..FalseEchoes::default()
+        },
+        odometry_noise: match wrong {
+            Wrong::Drift => OdometryNoise {
+                distance: 0.01,
+                heading: 0.2_f64.to_radians(),
+                turn: 0.5_f64.to_radians(),
+            },
+            _ => OdometryNoise::default(),
+        },
+        seed,
+    };
+    let bytes = simulation.write(Cursor::new(Vec::new())).unwrap();
+    let mut config = Config::default();
+    let read = read_with_truth_in(Cursor::new(bytes.into_inner()), "seeded.mcap", &config);
+    let mut log = read.unwrap().0;
+    match wrong {
+        Wrong::Value(parameter, value) => {
+            let mut change = Change::default();
+            change.add(parameter, value);
+            change.apply(&mut log.events);
+            change.apply_clocks(&mut config);
+        }
+        Wrong::Dead => {
+            let is_dead = |reading: &&mut RangeReading| reading.sonar == WRONG;
+            for reading in log.events.readings.iter_mut().filter(is_dead) {
+                reading.range = f64::INFINITY;
+            }
+        }
+        Wrong::Clean | Wrong::Drift | Wrong::Clutter => {}
+    }
+    (log, config)
+}
+
+/// What became of the logs of a row.
+#[derive(Default)]
+struct Row {
+    logs: u32,
+    first: u32,
+    in_three: u32,
+    wrong: u32,
+    /// Of the values found: how far off, in their standard deviations.
+    errors: Vec<f64>,
+}
+
+impl Row {
+    fn take(&mut self, wrong: Wrong, found: &Search) {
+        self.logs += 1;
+        let is_it = |parameter: Parameter| match wrong {
+            Wrong::Value(Parameter::Sonar(whose, Quantity::X), _) => {
+                parameter == Parameter::Sonar(whose, Quantity::X)
+            }
+            Wrong::Value(seeded, _) => parameter == seeded,
+            _ => false,
+        };
+        let told = |at: usize| {
+            let cause = found.causes.get(at)?;
+            // What is said to explain as much is said.
+            let rivals = cause.rivals.iter().flatten();
+            let mut all = cause.values.iter().chain(rivals);
+            all.find(|one| is_it(one.parameter)).copied()
+        };
+        let at = (0..3).find_map(|at| Some((at, told(at)?)));
+        self.first += u32::from(at.is_some_and(|(at, _)| at == 0));
+        self.in_three += u32::from(at.is_some());
+        let first = found.causes.first();
+        self.wrong += u32::from(first.is_some() && at.is_none_or(|(at, _)| at > 0));
+        if let (Some((_, one)), Wrong::Value(seeded, value)) = (at, wrong) {
+            let truth = match seeded {
+                Parameter::Sonar(_, Quantity::RangeScale) | Parameter::OdometryScale => {
+                    1.0 / (1.0 + value) - 1.0
+                }
+                _ => -value,
+            };
+            self.errors.push((one.value - truth).abs() / one.deviation);
+        }
+    }
+
+    fn text(&mut self, name: &str) -> String {
+        self.errors.sort_by(f64::total_cmp);
+        let middle = self.errors.get(self.errors.len() / 2);
+        let middle = middle.map_or("-".to_owned(), |error| format!("{error:.1}"));
+        let Self {
+            logs,
+            first,
+            in_three,
+            wrong,
+            ..
+        } = self;
+        format!("| {name} | {logs} | {first} | {in_three} | {wrong} | {middle} |\n")
+    }
+}
+
+fn number(name: &str, default: u64) -> u64 {
+    let given = env::var(name).ok();
+    given.map_or(default, |given| given.parse().unwrap())
+}
+
+#[test]
+#[ignore = "takes long; docs/calibrate.md says how to run it"]
+fn the_page_holds_what_is_found_of_seeded_causes() {
+    let only = env::var("TMAM_CASES").unwrap_or_default();
+    let mut table = "| off | logs | found first | in three | wrong one first | error / sigma |\n\
+                     |---|---:|---:|---:|---:|---:|\n"
+        .to_owned();
+    for (name, wrong) in cases() {
+        for sigma in [0.003, 0.010] {
+            let name = format!("{name}, {:.0} mm", sigma * 1e3);
+            if !name.contains(&only) {
+                continue;
+            }
+            let mut row = Row::default();
+            for seed in 1..=number("TMAM_SEEDS", 3) {
+                let (log, config) = log(wrong, sigma, seed);
+                let replay = Replay::new(&log, &config).unwrap();
+                let outcome = replay.run(&mut []).unwrap();
+                let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
+                println!("{name}, seed {seed}: {} replays", found.replays);
+                for cause in &found.causes {
+                    println!("    {:?}, or {:?}", cause.values, cause.rivals);
+                }
+                row.take(wrong, &found);
+            }
+            let text = row.text(&name);
+            print!("{text}");
+            let _ = write!(table, "{text}");
+        }
+    }
+    if only.is_empty() {
+        hold(&table);
+    }
+}
+
+/// Holds the page to the table that was found, or puts it there if that is asked for.
+fn hold(found: &str) {
+    let [begin, end] = TABLE;
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/calibrate.md");
+    let text = fs::read_to_string(&page).unwrap();
+    let (head, rest) = text.split_once(begin).unwrap();
+    let (held, tail) = rest.split_once(end).unwrap();
+    if env::var_os("TMAM_UPDATE_DOCS").is_some() {
+        fs::write(&page, format!("{head}{begin}{found}{end}{tail}")).unwrap();
+    } else {
+        assert!(held == found, "docs/calibrate.md holds another table");
+    }
+}
+
+#[test]
+fn clean_logs_and_odometry_that_drifts_have_no_cause() {
+    for (wrong, sigma) in [
+        (Wrong::Clean, 0.003),
+        (Wrong::Clean, 0.010),
+        (Wrong::Drift, 0.003),
+    ] {
+        let (log, config) = log(wrong, sigma, 3);
+        let replay = Replay::new(&log, &config).unwrap();
+        let outcome = replay.run(&mut []).unwrap();
+        let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
+        assert_eq!(found.causes, [], "{wrong:?}");
+    }
+}
