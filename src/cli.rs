@@ -10,6 +10,7 @@ mod explain;
 mod info;
 mod parameters;
 mod replay;
+mod report;
 mod simulate;
 mod sweep;
 
@@ -41,6 +42,7 @@ enum Command {
     Calibrate(Box<calibrate::Args>),
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
+    Report(Box<report::Args>),
     Sweep(Box<sweep::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
@@ -60,6 +62,7 @@ impl Cli {
             Command::Calibrate(args) => args.run(),
             Command::Check(args) => args.run(),
             Command::Diff(args) => args.run(),
+            Command::Report(args) => args.run(),
             Command::Sweep(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),

@@ -1,8 +1,10 @@
 //! What watches a replay and writes or shows what it sees.
 
 pub mod causes;
+pub mod contradiction;
 pub mod drawing;
 pub mod features;
+pub mod metric_grid;
 pub mod path_file;
 pub mod progress;
 #[cfg(feature = "viewer")]

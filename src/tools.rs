@@ -7,6 +7,7 @@ pub mod explain;
 pub mod findings;
 pub mod golden;
 pub mod info;
+pub mod report;
 pub mod simulate;
 pub mod sweep;
 mod tables;

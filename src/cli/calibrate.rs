@@ -52,9 +52,9 @@ impl Args {
         if self.json {
             Output::whole(Path::new("-"), |out| calibration.write(out))?;
         } else {
-            show(&text::text(&calibration), false);
+            show(&text::text(&calibration), false)?;
         }
-        show(&report::problems(&log, &replay.setting(), &outcome), true);
+        show(&report::problems(&log, &replay.setting(), &outcome), true)?;
         if let Some(path) = &self.write {
             let given = self.parameters.layers()?;
             let text = with_keys(&given, &calibration.keys()).map_err(ConfigError::from)?;

@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use super::parameters::Parameters;
-use super::simulate::read_world;
+use super::simulate::{WorldFile, world_file};
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::observer::Kept;
 use crate::core::replay::{Replay, ReplayError};
-use crate::core::world::World;
 use crate::io::log;
 use crate::io::output::show;
 use crate::io::outputs::{Requested, Written};
@@ -41,8 +40,8 @@ pub struct Args {
     log: PathBuf,
     /// The world in JSON, metres in the odometry frame: {"walls": [[x1,y1,x2,y2], ...], "points":
     /// [[x,y], ...]} [default: the truth in the log]
-    #[arg(long, value_name = "WORLD.json", value_parser = read_world)]
-    truth: Option<World>,
+    #[arg(long, value_name = "WORLD.json", value_parser = world_file)]
+    truth: Option<WorldFile>,
     /// A range agrees with the echo model within this, or five of its standard deviations
     #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
     agree: f64,
@@ -65,11 +64,15 @@ impl Args {
         let config = self.parameters.configuration()?;
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
-        let truth = Truth::new(&replay, &recorded, self.truth, self.agree)?;
+        let world = self.truth.as_ref().map(|file| file.world.clone());
+        let truth = Truth::new(&replay, &recorded, world, self.agree)?;
         let asked = self.output.is_some() || self.json;
         let requested = Requested {
             recording: self.output,
             evaluation: self.json.then(|| PathBuf::from("-")),
+            inputs: (self.parameters.file().map(PathBuf::from).into_iter())
+                .chain(self.truth.iter().map(|world| world.path.clone()))
+                .collect(),
             ..Requested::default()
         };
         let mut outputs = asked.then(|| requested.open(&self.log)).transpose()?;
@@ -98,15 +101,15 @@ impl Args {
             }
             written = outputs.commit()?;
         }
-        show(&report::problems(&log, &setting, &outcome), true);
+        show(&report::problems(&log, &setting, &outcome), true)?;
         if !self.json {
             let text = text::text(&setting, &truth, &evaluation);
             let text = text + &report::written(&written.files);
-            show(&text, written.to_stdout);
+            show(&text, written.to_stdout)?;
         }
         let fits = evaluation.labels.fits_the_world();
         if !fits {
-            show(NO_FIT, true);
+            show(NO_FIT, true)?;
         }
         let is_scored = setting.source.complete && evaluation.labels.given() > 0 && fits;
         Ok(Exit::of_whole(is_scored))

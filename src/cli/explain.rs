@@ -69,6 +69,9 @@ pub struct Args {
     /// Tell it in JSON (tmam.explanation/1, tmam.suspects/1): SI units and radians
     #[arg(long)]
     json: bool,
+    /// Tell what did not decide, too: the pairs, and what the other rule would say
+    #[arg(short, long, conflicts_with = "suspects")]
+    verbose: bool,
     #[command(flatten)]
     parameters: Parameters,
 }
@@ -95,7 +98,7 @@ impl Args {
                     write_json(out, "tmam.explanation/1", &setting, &told)
                 })?;
             } else {
-                show(&told.text(&setting, &named), false);
+                show(&told.text(&setting, &named, self.verbose), false)?;
             }
             (outcome, true)
         } else {
@@ -107,11 +110,11 @@ impl Args {
                     write_json(out, "tmam.suspects/1", &setting, &list)
                 })?;
             } else {
-                show(&suspects::text(&setting, &named, &list), false);
+                show(&suspects::text(&setting, &named, &list), false)?;
             }
             (outcome, list.labels > 0)
         };
-        show(&report::problems(&log, &setting, &outcome), true);
+        show(&report::problems(&log, &setting, &outcome), true)?;
         Ok(Exit::of_whole(found && setting.source.complete))
     }
 

@@ -44,9 +44,9 @@ impl Args {
         if self.json {
             Output::whole(Path::new("-"), |out| info.write(out))?;
         } else if self.skeleton {
-            show(info.skeleton.as_deref().unwrap_or_default(), false);
+            show(info.skeleton.as_deref().unwrap_or_default(), false)?;
         } else {
-            show(&text::text(&info), false);
+            show(&text::text(&info), false)?;
         }
         Ok(Exit::of_whole(info.is_fine()))
     }

@@ -1,6 +1,6 @@
 //! The flags that make a configuration, for every command that replays.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use toml::Value;
@@ -95,6 +95,11 @@ impl Parameters {
         std::mem::take(&mut self.selection.sensor)
     }
 
+    /// The configuration's file, where one is named.
+    pub fn file(&self) -> Option<&Path> {
+        self.selection.file()
+    }
+
     /// The configuration in effect: defaults, then the file, then the flags.
     ///
     /// # Errors
@@ -173,6 +178,11 @@ impl Parameters {
 }
 
 impl Selection {
+    /// The configuration's file, where one is named.
+    pub fn file(&self) -> Option<&Path> {
+        self.config.as_deref()
+    }
+
     /// The file with these flags and those of `set` over it, `KEY=VALUE` each.
     ///
     /// # Errors

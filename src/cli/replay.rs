@@ -111,6 +111,12 @@ impl Args {
             features: self.features,
             trace: self.trace,
             path: self.path,
+            inputs: self
+                .parameters
+                .file()
+                .map(PathBuf::from)
+                .into_iter()
+                .collect(),
             no_recording: self.no_recording || !viewer::IS_BUILT_IN,
             live: self.connect.is_some() || self.spawn,
             ..Requested::default()
@@ -169,16 +175,16 @@ impl Args {
         }
         let written = outputs.commit()?;
 
-        show(&report::problems(log, &setting, &outcome), true);
+        show(&report::problems(log, &setting, &outcome), true)?;
         let named = quoted(&self.log.display().to_string());
         let named = format!("{named}{}", self.parameters.as_typed());
-        show(&warnings(&serious, &named), true);
+        show(&warnings(&serious, &named), true)?;
         if let Some(lost) = lost {
-            show(&format!("warning: {lost}; the file has it all\n"), true);
+            show(&format!("warning: {lost}; the file has it all\n"), true)?;
         }
         if !self.quiet {
             let text = report::closing(&setting, &outcome, &named, &written.files);
-            show(&text, written.to_stdout);
+            show(&text, written.to_stdout)?;
         }
         let whole = setting.source.complete && outcome.tally.echoes > 0;
         Ok(Exit::of_whole(whole))

@@ -8,6 +8,7 @@ use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::world::{World, WorldError};
 use crate::io::output::Output;
+use crate::io::outputs::refuse_collisions;
 use crate::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, SimulateError, Simulation,
     Stepwise,
@@ -34,8 +35,8 @@ pub struct Args {
 
     /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...], "diffuse":
     /// [wall, ...]} [default: the paper's L-shaped room]
-    #[arg(long, value_name = "FILE", value_parser = read_world, requires = "waypoints", help_heading = "World")]
-    world: Option<World>,
+    #[arg(long, value_name = "FILE", value_parser = world_file, requires = "waypoints", help_heading = "World")]
+    world: Option<WorldFile>,
 
     /// Way-points in metres, "x,y x,y ..."; end where you begin for a loop
     /// [default: a loop of 18 m through the room]
@@ -165,6 +166,8 @@ pub struct Args {
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let path = self.output.clone();
+        let inputs: Vec<_> = self.world.iter().map(|file| file.path.as_path()).collect();
+        refuse_collisions(&inputs, &[Some(&path)])?;
         Output::try_out(&path)?;
         let log = Simulation::try_from(self)?.write(Cursor::new(Vec::new()))?;
         Output::whole(&path, |out| out.write_all(log.get_ref()))?;
@@ -192,7 +195,7 @@ impl TryFrom<Args> for Simulation {
         };
         let path = args.waypoints.unwrap_or_else(Path::room);
         Ok(Self {
-            world: args.world.unwrap_or_else(World::room),
+            world: args.world.map_or_else(World::room, |file| file.world),
             diffuse: args.diffuse,
             path: path.repeated(args.laps)?,
             motion,
@@ -220,6 +223,20 @@ impl TryFrom<Args> for Simulation {
             seed: args.seed,
         })
     }
+}
+
+/// A world that a flag names.
+#[derive(Debug, Clone)]
+pub(super) struct WorldFile {
+    pub path: PathBuf,
+    pub world: World,
+}
+
+/// Reads a world, to keep its file's name beside it.
+pub(super) fn world_file(path: &str) -> Result<WorldFile, WorldError> {
+    let world = read_world(path)?;
+    let path = PathBuf::from(path);
+    Ok(WorldFile { path, world })
 }
 
 /// Reads a world that a flag names.

@@ -101,7 +101,8 @@ impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let (csv_path, output) = (self.csv.as_deref(), self.output.as_deref());
         let stdout = self.json.then_some(Path::new("-"));
-        refuse_collisions(&[&self.log], &[csv_path, output, stdout])?;
+        let inputs = std::iter::once(self.log.as_path()).chain(self.selection.file());
+        refuse_collisions(&inputs.collect::<Vec<_>>(), &[csv_path, output, stdout])?;
         let grid = self.grid()?;
         let config = self
             .selection
@@ -138,9 +139,9 @@ impl Args {
         if self.json {
             Output::whole(Path::new("-"), |out| files::json(out, &sweep))?;
         } else if ![csv_path, output].into_iter().flatten().any(is_stdout) {
-            show(&text::text(&sweep, self.rows), false);
+            show(&text::text(&sweep, self.rows), false)?;
         }
-        show(&text::problems(&sweep), true);
+        show(&text::problems(&sweep), true)?;
         Ok(Exit::of_whole(sweep.log.is_complete() && sweep.has_arcs()))
     }
 

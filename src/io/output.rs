@@ -93,11 +93,26 @@ impl Output {
         }
     }
 
+    /// Writes what is buffered, to the disk where it is a file: then only its name can fail.
+    ///
+    /// # Errors
+    /// When that fails.
+    pub fn settle(&mut self) -> Result<(), OutputError> {
+        let settled = match &mut self.sink {
+            Sink::File { file, .. } => file
+                .flush()
+                .and_then(|()| file.get_ref().as_file().sync_all()),
+            _ => self.flush(),
+        };
+        settled.map_err(|source| self.failed(source))
+    }
+
     /// Writes what is buffered and gives the file its name.
     ///
     /// # Errors
     /// When that fails; the file is gone then.
-    pub fn commit(self) -> Result<(), OutputError> {
+    pub fn commit(mut self) -> Result<(), OutputError> {
+        self.settle()?;
         let path = self.path;
         commit(self.sink).map_err(|source| OutputError { path, source })
     }
@@ -142,13 +157,16 @@ pub fn print_aside(text: &str) -> Result<(), OutputError> {
 
 /// Shows text to a person, on standard error where standard output holds a file. What is in it cannot
 /// steer the terminal, and a reader that has gone away has seen enough.
-pub fn show(text: &str, aside: bool) {
+///
+/// # Errors
+/// When standard output cannot be written.
+pub fn show(text: &str, aside: bool) -> Result<(), OutputError> {
     let text = legible(text);
-    let _ = if aside {
-        io::stderr().write_all(text.as_bytes())
+    if aside {
+        print_aside(&text)
     } else {
-        io::stdout().write_all(text.as_bytes())
-    };
+        print(&text)
+    }
 }
 
 /// Makes the directory that a file is to be in, and those above it.
@@ -209,6 +227,10 @@ fn open(path: &Path) -> io::Result<Sink> {
             ),
             kind => kind.into(),
         })?;
+    // A file that is replaced stays open to those to whom it was.
+    if let Ok(replaced) = fs::metadata(&target) {
+        named.as_file().set_permissions(replaced.permissions())?;
+    }
     let file = BufWriter::new(named);
     Ok(Sink::File { file, target })
 }
@@ -288,6 +310,19 @@ mod tests {
 
         let output = Output::create(Path::new("/dev/null")).unwrap();
         assert!(matches!(output.sink, Sink::Stream(_)));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_mode() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("out.json");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        write_whole(&path, b"new").unwrap();
+        let mode = fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o640);
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub struct Requested {
     pub path: Option<PathBuf>,
     /// The evaluation's file.
     pub evaluation: Option<PathBuf>,
+    /// What is read besides the log.
+    pub inputs: Vec<PathBuf>,
     /// No recording, even where no output is named.
     pub no_recording: bool,
     /// Shown in an open viewer, which is an output as well.
@@ -51,9 +53,9 @@ pub struct Written {
 /// Why the outputs cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputsError {
-    /// Two outputs in one file would destroy each other, and one in the log's place the log.
+    /// Two outputs in one file would destroy each other, and one in an input's place the input.
     #[error(
-        "{} is named twice; give the log and every output a name of its own",
+        "{} is named twice; give every input and output a name of its own",
         if is_stdout(path) { "standard output".into() } else { path.to_string_lossy() }
     )]
     NamedTwice {
@@ -76,7 +78,8 @@ impl Requested {
             self.recording = (!self.no_recording).then(|| named_after(log, ".rrd"));
             self.features = Some(named_after(log, ".features.json"));
         }
-        refuse_collisions(&[log], &self.paths())?;
+        let inputs = std::iter::once(log).chain(self.inputs.iter().map(PathBuf::as_path));
+        refuse_collisions(&inputs.collect::<Vec<_>>(), &self.paths())?;
         let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
         Ok(Outputs {
             recording: create(self.recording)?,
@@ -144,13 +147,17 @@ impl Outputs {
     /// When one of them cannot take its name.
     pub fn commit(self) -> Result<Written, OutputError> {
         let mut written = Written::default();
-        let outputs = [
+        let mut outputs = [
             self.recording,
             self.features,
             self.trace,
             self.path,
             self.evaluation,
         ];
+        // All of them are whole before the first takes its name: they appear together or not at all.
+        for output in outputs.iter_mut().flatten() {
+            output.settle()?;
+        }
         for output in outputs.into_iter().flatten() {
             let path = output.path().to_owned();
             output.commit()?;

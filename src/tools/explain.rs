@@ -218,36 +218,19 @@ impl Explanation {
     }
 
     /// The story for a person: degrees, millimetres and metres, within 100 columns. `log` is how the
-    /// log was named on the command line.
-    pub fn text(&self, setting: &Setting<'_>, log: &str) -> String {
+    /// log was named on the command line; what did not decide is told where it is `verbose`.
+    pub fn text(&self, setting: &Setting<'_>, log: &str, verbose: bool) -> String {
         let mut text = self.head(setting.source);
-        let is_triple = !matches!(
-            self.reason,
-            Some(Reason::Missing | Reason::Gap | Reason::Turning)
-        );
+        let is_triple = self.is_triple();
         let by_angles = self.decided_by == "angles";
+        let (angles, windows) = (self.told_angles(), self.told_windows());
+        let decided = if by_angles { &angles } else { &windows };
+        if let Some((title, told)) = decided.as_ref().filter(|_| is_triple) {
+            section(&mut text, title, told);
+        }
         let mut readings = self.situation.text(&self.arc);
         readings.extend(self.pose.map(|pose| pose.text()));
         section(&mut text, "READINGS", &readings);
-        if !self.pairs.is_empty() {
-            let title = "PAIRS (bearings off the beam's axis, left is positive)";
-            let pairs = Pair::text(&self.pairs, self.arc.beam_width);
-            section(&mut text, title, &pairs);
-        }
-        if let Some(angles) = &self.angles {
-            let title = match (is_triple, by_angles) {
-                (false, _) => "ANGLES THAT IT WOULD HAVE AS THE MIDDLE OF A TRIPLE",
-                (true, true) => "THE RULE",
-                (true, false) => "WHAT THE PAPER'S RULE WOULD SAY",
-            };
-            section(&mut text, title, &angles.text(self.arc.beam_width));
-        }
-        if !self.windows.is_empty() {
-            let title =
-                "SECOND OPINION (squares that remain of the best line and of the best point)";
-            let windows = Window::text(&self.windows, self.windows_end, self.decisive);
-            section(&mut text, title, &windows);
-        }
         if !self.changes.is_empty() {
             // Windows may change their mind more than once; the rule's bounds and the sequence's do not.
             let monotone = by_angles || !is_triple;
@@ -263,6 +246,19 @@ impl Explanation {
         if let Some(truth) = &self.truth {
             section(&mut text, "TRUTH", &truth.text());
         }
+        if verbose && !self.pairs.is_empty() {
+            let title = "PAIRS (bearings off the beam's axis, left is positive)";
+            let pairs = Pair::text(&self.pairs, self.arc.beam_width);
+            section(&mut text, title, &pairs);
+        }
+        let other = if is_triple == by_angles {
+            windows
+        } else {
+            angles
+        };
+        if let Some((title, told)) = other.filter(|_| verbose) {
+            section(&mut text, title, &told);
+        }
         if !self.also_near.is_empty() {
             section(&mut text, "OTHER ARCS THAT PASS NEAR", "");
         }
@@ -271,6 +267,44 @@ impl Explanation {
             let _ = writeln!(text, "  {millimetres:8.1} mm  tmam explain {log} {flags}");
         }
         text
+    }
+
+    fn is_triple(&self) -> bool {
+        !matches!(
+            self.reason,
+            Some(Reason::Missing | Reason::Gap | Reason::Turning)
+        )
+    }
+
+    /// The angles under a title.
+    fn told_angles(&self) -> Option<(&'static str, String)> {
+        let title = match (self.is_triple(), self.decided_by) {
+            (false, _) => "ANGLES THAT IT WOULD HAVE AS THE MIDDLE OF A TRIPLE",
+            (true, "angles") => "WHAT DECIDED: THE ANGLES",
+            (true, _) => "WHAT THE PAPER'S RULE WOULD SAY",
+        };
+        let angles = self.angles.as_ref()?;
+        Some((title, angles.text(self.arc.beam_width)))
+    }
+
+    /// The windows under a title.
+    fn told_windows(&self) -> Option<(&'static str, String)> {
+        let title = match self.decided_by {
+            "angles" => "WHAT THE NOISE-AWARE RULE WOULD SAY (chi2 of the best line and point)",
+            _ => "WHAT DECIDED: THE WINDOWS (chi2 of the best line and of the best point)",
+        };
+        (!self.windows.is_empty()).then(|| (title, Window::text(&self.windows)))
+    }
+
+    /// The sentence that says what decided.
+    fn decision(&self) -> Option<String> {
+        if !self.is_triple() {
+            return self.situation.obstacle();
+        }
+        match (self.decided_by, &self.angles) {
+            ("angles", Some(angles)) => Some(angles.decision()),
+            _ => Window::decision(&self.windows, self.windows_end, self.decisive),
+        }
     }
 
     fn head(&self, source: &Source) -> String {
@@ -289,9 +323,7 @@ impl Explanation {
                     "UNIDENTIFIED: neither contact nor intersection points on a common side"
                 }
                 Reason::Wide => "UNIDENTIFIED: the smaller angle is not below gamma",
-                Reason::Ambiguous => {
-                    "UNIDENTIFIED: a line and a point explain it too nearly equally well"
-                }
+                Reason::Ambiguous => "UNIDENTIFIED: line and point cannot be told apart",
                 Reason::Neither => {
                     "UNIDENTIFIED: its readings come from neither one line nor one point"
                 }
@@ -308,6 +340,9 @@ impl Explanation {
             source.file,
             if source.complete { "" } else { " (INCOMPLETE)" },
         );
+        if let Some(decision) = self.decision() {
+            let _ = writeln!(text, "{decision}.");
+        }
         if let Some(distance) = self.distance {
             let away = format!("{:.1} mm", distance * 1e3);
             text.push_str(&if distance > FAR {

@@ -168,6 +168,22 @@ impl Situation {
         text
     }
 
+    /// Why it is the middle of no triple.
+    pub fn obstacle(&self) -> Option<String> {
+        let beside = [("before", &self.before), ("after", &self.after)];
+        let silent = beside
+            .into_iter()
+            .find_map(|(side, neighbour)| match neighbour {
+                Neighbour::Echo(_) => None,
+                Neighbour::NoEcho { frame } => Some(format!(
+                    "The sonar's reading {side} it, in frame {frame}, had no echo"
+                )),
+                Neighbour::End => Some(format!("The sonar has no reading {side} it")),
+            });
+        let broken = self.obstacles.first();
+        silent.or(broken.map(|first| format!("Not a triple: {}", self.broken(first))))
+    }
+
     fn broken(&self, obstacle: &Obstacle) -> String {
         let from = match (obstacle.between, &self.before, &self.after) {
             (Between::Before, Neighbour::Echo(other), _) => {

@@ -1,5 +1,6 @@
 //! The arcs of a replay whose labels are contradicted most.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use comfy_table::CellAlignment;
@@ -133,11 +134,44 @@ pub fn text(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
     let _ = write!(
         text,
         "\n{}\ndoubt: the opinion.gate from which on the label would not be suspect; - where no gate would\n\
-         do, since the map says otherwise. The whole story of each:\n",
+         do, since the map says otherwise. The whole story of one:\n  tmam explain {log} --sensor SONAR \
+         --frame FRAME\n",
         render(&rows)
     );
+    text.push_str(&shared(list));
+    text
+}
+
+/// What the suspects that are listed share, where several share one cause.
+fn shared(list: &Suspects) -> String {
+    let mut causes = BTreeMap::<String, Vec<&Suspect>>::new();
     for suspect in &list.worst {
-        let _ = writeln!(text, "  tmam explain {log} {}", suspect.explain);
+        let cause = match suspect.map.and_then(Support::kind) {
+            Some(kind) => format!(
+                "{} where the map has a {}",
+                suspect.label.name(),
+                kind.name()
+            ),
+            None => format!("{} that its readings do not fit", suspect.label.name()),
+        };
+        causes.entry(cause).or_default().push(suspect);
+    }
+    let mut causes: Vec<_> = causes.into_iter().filter(|(_, of)| of.len() > 1).collect();
+    causes.sort_by_key(|(_, of)| std::cmp::Reverse(of.len()));
+    if causes.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("\nby cause:\n");
+    for (cause, of) in causes {
+        let mut sonars = BTreeMap::<&str, u64>::new();
+        for suspect in &of {
+            *sonars.entry(&suspect.sensor).or_default() += 1;
+        }
+        let sonars = sonars
+            .iter()
+            .map(|(sonar, count)| format!("{sonar} {count}"));
+        let sonars = sonars.collect::<Vec<_>>().join(", ");
+        let _ = writeln!(text, "  {:>4}  {cause}: {sonars}", of.len());
     }
     text
 }

@@ -240,6 +240,36 @@ impl AnglesStory {
         }
     }
 
+    /// Which comparison decided.
+    pub fn decision(&self) -> String {
+        let [c, i] = [self.theta_c, self.theta_i].map(degrees);
+        let that = |label: Label, holds: bool| {
+            let mut all = self.conditions.iter();
+            let found = all.find(|one| one.label == label && one.holds == holds);
+            found.map_or_else(String::new, AngleComparison::sentence)
+        };
+        match self.label {
+            Label::Contact | Label::Intersection => {
+                let margin = degrees(self.margin);
+                format!("{}, with {margin} to spare", that(self.label, true))
+            }
+            Label::Unidentified(Reason::NoPoints) => {
+                "Its arcs meet in no two points on a common side, within the beams".to_owned()
+            }
+            Label::Unidentified(Reason::Wide) => {
+                format!("theta_c {c} and theta_i {i}: neither is below gamma")
+            }
+            Label::Unidentified(_) => {
+                let mut beyond = self.conditions.iter().filter(|one| one.times.is_some());
+                let kind = beyond.find(|one| one.holds).map(|one| one.label);
+                match kind {
+                    Some(kind) => format!("No {}, for not {}", kind.name(), that(kind, false)),
+                    None => format!("theta_c {c} by theta_i {i} lies between alpha and beta"),
+                }
+            }
+        }
+    }
+
     /// Both angles and the rule on them.
     pub fn text(&self, beam_width: f64) -> String {
         let angle = |what: &str, angle: f64, sigma: Option<f64>, has: bool| {
@@ -285,7 +315,13 @@ impl AnglesStory {
 }
 
 impl AngleComparison {
+    /// The comparison in a line.
     fn text(&self) -> String {
+        let holds = if self.holds { "yes" } else { "no" };
+        format!("{:<13} {:<66} {holds}", self.label.name(), self.sentence())
+    }
+
+    fn sentence(&self) -> String {
         let product = match self.times {
             None => String::new(),
             Some(times) if times > 0.0 => {
@@ -294,16 +330,14 @@ impl AngleComparison {
             }
             Some(_) => " * theta_i".to_owned(),
         };
-        let left = format!(
+        format!(
             "{} {} {} {}{product} = {}",
             self.angle,
             degrees(self.value),
             self.relation,
             self.parameter,
             degrees(self.bound)
-        );
-        let holds = if self.holds { "yes" } else { "no" };
-        format!("{:<13} {left:<66} {holds}", self.label.name())
+        )
     }
 }
 

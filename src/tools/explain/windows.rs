@@ -1,7 +1,5 @@
 //! The windows that the rule looked at around an arc, and why it looked no further.
 
-use std::fmt::Write as _;
-
 use serde::Serialize;
 
 use super::history::chi2;
@@ -61,9 +59,9 @@ impl Window {
         2 * self.half_width + 1
     }
 
-    /// The second opinion, window by window, and why it ended.
-    pub fn text(windows: &[Self], end: Option<&str>, decisive: f64) -> String {
-        let mut text = listed(
+    /// The tests, window by window.
+    pub fn text(windows: &[Self]) -> String {
+        listed(
             0,
             &[
                 ("readings", &|w: &Self| w.readings().to_string()),
@@ -74,36 +72,46 @@ impl Window {
                 ("supports", &|w| w.support.name().to_owned()),
             ],
             windows,
-        );
-        let Some(last) = windows.last() else {
-            return text;
+        )
+    }
+
+    /// What the widest window came to, and why none is wider.
+    pub fn decision(windows: &[Self], end: Option<&str>, decisive: f64) -> Option<String> {
+        let last = windows.last()?;
+        let [line, point, gate] = [last.chi2_line, last.chi2_point, last.gate].map(chi2);
+        let lead = (last.chi2_line - last.chi2_point).abs();
+        let wider = match end {
+            Some("max-half-width") => "opinion.max_half_width ends it",
+            _ => "there are no more",
         };
         let readings = last.readings();
-        let lead = (last.chi2_line - last.chi2_point).abs();
-        let _ = match (end, last.decides.map(Kind::name)) {
-            (_, Some(kind)) if lead.is_finite() => writeln!(
-                text,
-                "  {readings} readings decide: a {kind}, ahead by {lead:.2} (opinion.decisive is {decisive})"
+        let both =
+            format!("line chi2 {line}, point chi2 {point}, gate {gate} in {readings} readings");
+        Some(match (last.support, last.decides) {
+            (_, Some(kind)) => {
+                let (other, own, against) = match kind {
+                    Kind::Line => ("point", line, point),
+                    Kind::Point => ("line", point, line),
+                };
+                let fit = format!(
+                    "{readings} readings fit a {} (chi2 {own}, gate {gate})",
+                    kind.name()
+                );
+                if lead.is_finite() {
+                    format!(
+                        "{fit} and no {other} ({against}): a lead of {lead:.2}, {decisive} decide"
+                    )
+                } else {
+                    format!("{fit}; their beams have no place for a {other}")
+                }
+            }
+            (Support::Ambiguous, None) => format!("Both still fit: {both}; {wider}"),
+            (Support::Neither, None) => format!("Neither fits: {both}"),
+            (Support::Line | Support::Point, None) => format!(
+                "{readings} readings fit only a {}, with a lead of {lead:.2} where {decisive} are needed; {wider}",
+                last.support.name()
             ),
-            (_, Some(kind)) => writeln!(
-                text,
-                "  {readings} readings decide: a {kind}; the beams have no place for the other"
-            ),
-            (Some("neither"), _) => writeln!(
-                text,
-                "  {readings} readings fit neither a line nor a point: no wider window is asked"
-            ),
-            (Some("max-half-width"), _) => writeln!(
-                text,
-                "  undecided within opinion.max_half_width: a lead of {lead:.2}, {decisive} is needed"
-            ),
-            _ => writeln!(
-                text,
-                "  undecided, and the sequence has no more readings: a lead of {lead:.2}, {decisive} is \
-                 needed"
-            ),
-        };
-        text
+        })
     }
 }
 

@@ -1,0 +1,62 @@
+//! `tmam report`
+
+use std::path::PathBuf;
+
+use super::parameters::{Parameters, quoted};
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
+use crate::core::replay::Replay;
+use crate::io::log;
+use crate::io::output::{is_stdout, show, write_whole};
+use crate::io::outputs::refuse_collisions;
+use crate::observe::report::{problems, written};
+use crate::tools::report::page::page;
+
+/// Replay a log and write what was found on one page of HTML, with the map
+///
+/// The page needs nothing else, no network either: for a ticket, or as an artefact of CI.
+#[derive(Debug, clap::Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "\
+Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
+incomplete or holds no echo, or there was nothing to replay.
+
+Examples:
+  tmam report drive.mcap -o drive.html
+  tmam report drive.mcap -o drive.html --rule paper"
+)]
+pub struct Args {
+    /// The MCAP log
+    log: PathBuf,
+    /// Write the page here; `-` is standard output
+    #[arg(short, long = "output", value_name = "FILE.html")]
+    output: PathBuf,
+    #[command(flatten)]
+    parameters: Parameters,
+}
+
+impl Args {
+    pub fn run(self) -> Result<Exit, Error> {
+        let config = self.parameters.configuration()?;
+        let inputs = std::iter::once(self.log.as_path()).chain(self.parameters.file());
+        refuse_collisions(&inputs.collect::<Vec<_>>(), &[Some(&self.output)])?;
+        let log = log::read(&self.log, &config)?;
+        let replay = Replay::new(&log, &config)?;
+        let outcome = replay.run(&mut [])?;
+        let setting = replay.setting();
+        let problems = problems(&log, &setting, &outcome);
+        let path = replay.path(&outcome).into_iter();
+        let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();
+        let named = quoted(&self.log.display().to_string()) + &self.parameters.as_typed();
+        let html = page(&setting, &outcome, &path, &named, &problems);
+        write_whole(&self.output, html.as_bytes())?;
+        show(&problems, true)?;
+        if !is_stdout(&self.output) {
+            show(&written(&[self.output]), false)?;
+        }
+        Ok(Exit::of_whole(
+            setting.source.complete && outcome.tally.echoes > 0,
+        ))
+    }
+}

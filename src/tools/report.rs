@@ -1,0 +1,4 @@
+//! A replay on one page of HTML that needs nothing else: for a ticket, or as an artefact of CI.
+
+pub mod map;
+pub mod page;

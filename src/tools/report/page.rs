@@ -1,0 +1,237 @@
+//! The page: what was found at the top, then the map, the worst suspects, the sonars and how to look further.
+
+use std::fmt::Write as _;
+
+use quick_xml::escape::escape;
+
+use super::map;
+use crate::core::event::{SonarId, name_of};
+use crate::core::geometry::Vec2;
+use crate::core::legible::legible;
+use crate::core::observer::Setting;
+use crate::core::replay::Outcome;
+use crate::core::statistics::{fraction, seconds};
+use crate::core::tmam::arc::Arc;
+use crate::core::tmam::feature::{Kind, MapFeature, Status};
+use crate::core::tmam::hearing::Hearing;
+use crate::core::tmam::label::Label;
+use crate::core::tmam::report::ArcReport;
+use crate::core::wording::counted;
+use crate::observe::contradiction::{against, in_words, word};
+
+/// Suspects that are listed, at most.
+const MOST_ROWS: usize = 25;
+
+const STYLE: &str = "\
+body{font:16px/1.45 system-ui,sans-serif;color:#15181d;max-width:1060px;margin:1.5rem auto;padding:0 1rem}\
+h1{font-size:1.5rem;margin:0}h2{font-size:1.15rem;margin:1.8rem 0 .5rem}p{margin:.4rem 0}\
+.facts{color:#566}.numbers{display:flex;flex-wrap:wrap;gap:.6rem;margin:1rem 0}\
+.numbers div{border:1px solid #d5dae1;border-radius:6px;padding:.4rem .8rem;min-width:6rem}\
+.numbers b{display:block;font-size:1.5rem}.bad b{color:#d4002a}\
+.said{border-left:4px solid #d4002a;padding:.3rem .8rem;background:#fdf1f3}\
+figure{margin:0;border:1px solid #d5dae1;border-radius:6px}svg{display:block;width:100%;height:auto}\
+figcaption{padding:.4rem .8rem;color:#566;font-size:.9rem}\
+.wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:.92rem}\
+th,td{text-align:left;padding:.25rem .6rem;border-bottom:1px solid #e3e6ea;white-space:nowrap}\
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}\
+pre{background:#f3f5f7;padding:.6rem .8rem;border-radius:6px;overflow-x:auto;font-size:.88rem}\
+@media print{body{margin:0;max-width:none}figure,table{break-inside:avoid}}";
+
+/// The page of a replay. `path` is where the robot went; `named` is the log with the flags of the configuration,
+/// as one types them; `problems` is what a person must know of the log.
+pub fn page(
+    setting: &Setting<'_>,
+    outcome: &Outcome,
+    path: &[Vec2],
+    named: &str,
+    problems: &str,
+) -> String {
+    let mut suspects: Vec<&ArcReport> = outcome.reports.iter().filter(|r| r.is_suspect()).collect();
+    suspects.sort_by(|a, b| a.worse_first(b));
+    let source = setting.source;
+    let mut html = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
+         <title>{file}: sonar map</title><style>{STYLE}</style></head><body>\n\
+         <h1>{file}</h1>\n<p class=\"facts\">{:.1} s, {:.1} m, {}, rule {}, tmam {}</p>\n",
+        seconds(source.start_ns, source.end_ns),
+        outcome.distance,
+        counted(setting.sonars.len() as u64, "sonar"),
+        if setting.config.departures().label_by_opinion {
+            "noise-aware"
+        } else {
+            "paper"
+        },
+        env!("CARGO_PKG_VERSION"),
+        file = shown(&source.file),
+    );
+    html.push_str(&numbers(outcome, suspects.len()));
+    for line in problems.lines() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(html, "<p class=\"said\">{}</p>", shown(line));
+    }
+    if let Some(worst) = suspects.first() {
+        let arc = worst.arc.id;
+        let _ = writeln!(
+            html,
+            "<p class=\"said\">Worst: {}, frame {}: {}.</p>",
+            shown(name_of(setting.sonars, arc.sonar)),
+            arc.frame,
+            in_words(worst)
+        );
+    }
+    let arcs: Vec<Arc> = suspects.iter().map(|report| report.arc).collect();
+    let _ = writeln!(
+        html,
+        "<figure>{}<figcaption>Seen from above, metres in the odometry frame. Black: walls, orange: corners, both \
+         with their ids; grey: tentative; green: the path; red: arcs whose label is contradicted.\
+         </figcaption></figure>",
+        map::draw(path, outcome, &arcs)
+    );
+    html.push_str(&table_of_suspects(&suspects, setting));
+    html.push_str(&table_of_sonars(setting, outcome));
+    let _ = write!(
+        html,
+        "<h2>To look further</h2>\n<pre>{}</pre>\n</body></html>\n",
+        shown(&commands(named, suspects.first().copied(), setting))
+    );
+    html
+}
+
+/// Text of a log as HTML shows it.
+fn shown(text: &str) -> String {
+    escape(legible(text).as_ref()).into_owned()
+}
+
+fn numbers(outcome: &Outcome, suspects: usize) -> String {
+    let of = |kind: Kind, status: Status| {
+        let is = |f: &&MapFeature| f.shape.kind() == kind && f.status == status;
+        outcome.map.iter().filter(is).count()
+    };
+    let tentative = of(Kind::Line, Status::Tentative) + of(Kind::Point, Status::Tentative);
+    let labels = outcome.labelled("contact") + outcome.labelled("intersection");
+    let (mut triples, mut explained) = (0, 0);
+    for hearing in Hearing::of_sonars(&outcome.reports, &outcome.map).values() {
+        triples += hearing.triples;
+        explained += hearing.explained;
+    }
+    let share = format!("{:.0} %", 100.0 * fraction(explained, triples));
+    let mut html = String::from("<div class=\"numbers\">");
+    for (number, name, is_bad) in [
+        (
+            of(Kind::Line, Status::Confirmed).to_string(),
+            "walls",
+            false,
+        ),
+        (
+            of(Kind::Point, Status::Confirmed).to_string(),
+            "corners",
+            false,
+        ),
+        (tentative.to_string(), "tentative", false),
+        (labels.to_string(), "labels", false),
+        (suspects.to_string(), "suspect", suspects > 0),
+        (share, "of triples explained", false),
+    ] {
+        let class = if is_bad { " class=\"bad\"" } else { "" };
+        let _ = write!(html, "<div{class}><b>{number}</b>{name}</div>");
+    }
+    html.push_str("</div>\n");
+    html
+}
+
+fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
+    if suspects.is_empty() {
+        return "<h2>Suspects</h2>\n<p>The map and the readings were held against every label; none is \
+                contradicted.</p>\n"
+            .to_owned();
+    }
+    let listed = suspects.len().min(MOST_ROWS);
+    let mut html = format!(
+        "<h2>Suspects: the worst {listed} of {}</h2>\n<div class=\"wide\"><table><tr><th class=\"n\">frame</th>\
+         <th class=\"n\">time s</th><th>sonar</th><th>taken for a</th><th>but</th></tr>\n",
+        suspects.len()
+    );
+    for report in suspects.iter().take(MOST_ROWS) {
+        let arc = &report.arc;
+        let _ = writeln!(
+            html,
+            "<tr><td class=\"n\">{}</td><td class=\"n\">{:.2}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            arc.id.frame,
+            seconds(setting.origin_ns, arc.stamp_ns),
+            shown(name_of(setting.sonars, arc.id.sonar)),
+            report.label.kind().map_or("", word),
+            against(report)
+        );
+    }
+    html.push_str("</table></div>\n");
+    html
+}
+
+fn table_of_sonars(setting: &Setting<'_>, outcome: &Outcome) -> String {
+    let hearing = Hearing::of_sonars(&outcome.reports, &outcome.map);
+    let mut html = String::from("<h2>Sonars</h2>\n<div class=\"wide\"><table><tr><th>sonar</th>");
+    for head in [
+        "arcs",
+        "walls",
+        "corners",
+        "unidentified",
+        "suspect",
+        "explained",
+    ] {
+        let _ = write!(html, "<th class=\"n\">{head}</th>");
+    }
+    html.push_str("</tr>\n");
+    for (sonar, id) in setting.sonars.iter().zip(0..) {
+        let id = SonarId(id);
+        let of_sonar = || outcome.reports.iter().filter(|r| r.arc.id.sonar == id);
+        let labelled = |label| of_sonar().filter(|r| r.label == label).count();
+        let (contact, intersection) = (labelled(Label::Contact), labelled(Label::Intersection));
+        let arcs = of_sonar().count();
+        let suspects = of_sonar().filter(|r| r.is_suspect()).count();
+        let explained = hearing.get(&id).map_or_else(
+            || "-".to_owned(),
+            |heard| format!("{:.0} %", 100.0 * fraction(heard.explained, heard.triples)),
+        );
+        let _ = write!(html, "<tr><td>{}</td>", shown(&sonar.name));
+        let counts = [
+            arcs,
+            contact,
+            intersection,
+            arcs - contact - intersection,
+            suspects,
+        ];
+        for cell in counts
+            .map(|count| count.to_string())
+            .iter()
+            .chain([&explained])
+        {
+            let _ = write!(html, "<td class=\"n\">{cell}</td>");
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str(
+        "</table></div>\n<p class=\"facts\">explained: triples around which a wall or a corner explains the \
+         readings</p>\n",
+    );
+    html
+}
+
+fn commands(named: &str, worst: Option<&ArcReport>, setting: &Setting<'_>) -> String {
+    let mut text = format!("tmam replay {named}              # the recording, frame by frame\n");
+    if let Some(worst) = worst {
+        let arc = worst.arc.id;
+        let sonar = name_of(setting.sonars, arc.sonar);
+        let _ = writeln!(
+            text,
+            "tmam explain {named} --sensor '{sonar}' --frame {}   # the whole story of the worst suspect\n\
+             tmam explain {named} --suspects  # all of them",
+            arc.frame
+        );
+    }
+    let _ = write!(
+        text,
+        "tmam info {named}                # what the log holds, and what is wrong with it"
+    );
+    text
+}

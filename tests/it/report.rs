@@ -1,0 +1,54 @@
+//! `tmam report`: one page that needs nothing else.
+
+use crate::support::{Bench, sample};
+
+#[test]
+fn a_page_shows_the_map_the_worst_suspect_and_needs_nothing_else() {
+    let bench = Bench::new();
+    let log = sample("room_drive.mcap");
+    for name in ["one.html", "two.html"] {
+        let run = bench.tmam(&log, &format!("report {{}} --rule paper -o {name}"));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+    assert_eq!(bench.bytes("one.html"), bench.bytes("two.html"));
+    let page = String::from_utf8(bench.bytes("one.html")).unwrap();
+    let outside = page.replace("http://www.w3.org/2000/svg", "");
+    for foreign in ["http:", "https:", "<script", "<link", "url("] {
+        assert!(!outside.contains(foreign), "{foreign}");
+    }
+    let picture = &page[page.find("<svg").unwrap()..page.find("</svg>").unwrap() + 6];
+    let picture = roxmltree::Document::parse(picture).unwrap();
+    let of_class = |class: &str| {
+        let nodes = picture.descendants();
+        nodes
+            .filter(|node| node.attribute("class") == Some(class))
+            .count()
+    };
+    let suspects = bench.tmam(&log, "explain {} --rule paper --suspects 1 --json");
+    let suspects: serde_json::Value = serde_json::from_str(&suspects.stdout).unwrap();
+    assert_eq!(
+        suspects["suspects"],
+        of_class("suspect") + of_class("worst")
+    );
+    assert_eq!((of_class("worst"), of_class("path")), (1, 1));
+    assert!(of_class("wall") > 0 && of_class("corner") > 0);
+    let worst = &suspects["worst"][0];
+    let said = format!(
+        "Worst: {}, frame {}: ",
+        worst["sensor"].as_str().unwrap(),
+        worst["frame"]
+    );
+    assert!(page.contains(&said), "{said}");
+}
+
+#[test]
+fn without_suspects_the_page_says_what_was_looked_at() {
+    let bench = Bench::new();
+    let run = bench.tmam(&sample("room_drive.mcap"), "report {} -o -");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stdout
+            .contains("held against every label; none is contradicted")
+    );
+    assert!(!run.stdout.contains("Worst:"));
+}
