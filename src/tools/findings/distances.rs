@@ -30,7 +30,10 @@ fn units(of: &Examined<'_>) -> Option<Finding> {
     let tried = [("centimetres", 0.01), ("millimetres", 0.001)]
         .into_iter()
         .find_map(|(unit, metres)| {
-            Some(format!("they seem to be in {unit}: {}", tried(of, metres)?))
+            Some(format!(
+                "they seem to be in {unit}: {}",
+                tried(of, metres, 0.0)?
+            ))
         });
     Some(Finding::new(
         Weight::Serious,
@@ -58,7 +61,7 @@ fn scale(of: &Examined<'_>) -> Option<Finding> {
     }
     let (factor, tried) = [2.0, 0.5]
         .into_iter()
-        .find_map(|factor| Some((factor, tried(of, factor)?)))?;
+        .find_map(|factor| Some((factor, tried(of, factor, WELL)?)))?;
     Some(Finding::new(
         Weight::Serious,
         "scale",
@@ -71,8 +74,8 @@ fn scale(of: &Examined<'_>) -> Option<Finding> {
     ))
 }
 
-/// The key that scales all ranges, where it makes more of the log.
-fn tried(of: &Examined<'_>, metres_per_unit: f64) -> Option<String> {
+/// The key that scales all ranges, where it makes more of the log, and at least such a share is explained.
+fn tried(of: &Examined<'_>, metres_per_unit: f64, least: f64) -> Option<String> {
     let ranges = of
         .facts
         .channels
@@ -86,7 +89,7 @@ fn tried(of: &Examined<'_>, metres_per_unit: f64) -> Option<String> {
             .map(|topic| key(topic, metres_per_unit))
             .collect(),
     };
-    let tried = of.tried(&keys.join("\n"))?;
+    let tried = of.tried_for(least, &keys.join("\n"))?;
     Some(format!("{}{tried}", keys.join(", ")))
 }
 

@@ -23,7 +23,15 @@ impl Examined<'_> {
     /// What a replay explains with other keys, where that is plainly more than as it is, or where there was
     /// none; in words for the end of advice.
     pub fn tried(&self, keys: &str) -> Option<String> {
+        self.tried_for(0.0, keys)
+    }
+
+    /// The same where it explains at least such a share of the arcs.
+    pub fn tried_for(&self, least: f64, keys: &str) -> Option<String> {
         let with = self.explained_with(keys)?;
+        if with.share < least {
+            return None;
+        }
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         match self.explained() {
             None => Some(format!(

@@ -22,7 +22,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 /// Mounts in millimetres, as CAD writes them.
 fn far(of: &Examined<'_>) -> Option<Finding> {
     let sonars = &of.facts.sonars;
-    let distance = |mount: MountFacts| mount.x.hypot(mount.y);
+    let distance = |mount: MountFacts| libm::hypot(mount.x, mount.y);
     let is_far = |sonar: &&SonarFacts| sonar.mount.is_some_and(|mount| distance(mount) > FARTHEST);
     let far: Vec<&SonarFacts> = sonars.iter().filter(is_far).collect();
     let (first, mount) = far.first().and_then(|sonar| Some((*sonar, sonar.mount?)))?;

@@ -28,7 +28,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         .collect();
     variances.sort_by(f64::total_cmp);
     let middle = median(&variances)?;
-    let is_wrong = middle < 0.0 || middle > WORST * WORST;
+    let is_wrong = !(0.0..=WORST * WORST).contains(&middle);
     is_wrong.then(|| {
         Finding::new(
             Weight::Serious,
