@@ -145,17 +145,21 @@ impl Estimates {
     }
 }
 
+/// Whether values are off by more than their uncertainty, and by enough to matter in a log of so many
+/// seconds. Of several, each is uncertain where another one can stand for it.
+pub fn are_clear(values: &[Estimated], seconds: f64) -> bool {
+    let is_sure = |one: &Estimated| values.len() > 1 || one.value.abs() > CLEAR * one.deviation;
+    values
+        .iter()
+        .any(|one| is_sure(one) && one.value.abs() > one.least(seconds))
+}
+
 impl Candidate {
     /// Whether it is off by more than its uncertainty, and by enough to matter in a log of so many seconds.
     pub fn is_clear(&self, seconds: f64) -> bool {
-        let is_off = |one: &Estimated| {
-            one.value.abs() > CLEAR * one.deviation && one.value.abs() > one.least(seconds)
-        };
         self.gain > CLEAR_GAIN
             && self.gain.is_finite()
-            // Of several, each is uncertain where another one can stand for it.
-            && (self.values.len() > 1 || self.values.iter().all(is_off))
-            && self.values.iter().any(|one| one.value.abs() > one.least(seconds))
+            && are_clear(&self.values, seconds)
             && self.values.iter().all(|one| one.value.abs() < one.most())
     }
 

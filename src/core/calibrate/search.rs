@@ -1,7 +1,7 @@
 //! Tries what may be off: each candidate is applied, the log replayed, and kept where its own map explains
 //! it in fewer bits.
 
-use super::candidate::{Candidate, Estimated, Estimates};
+use super::candidate::{Candidate, Estimated, Estimates, are_clear};
 use super::change::Change;
 use super::parameter::Parameter;
 use crate::core::bits::Bits;
@@ -237,7 +237,8 @@ impl Searcher<'_> {
             let Some((found, gain)) = self.settled(now, candidate) else {
                 continue;
             };
-            if gain > least(&group) {
+            let values = found.values(&group, now);
+            if gain > least(&group) && are_clear(&values, found.estimates.seconds) {
                 worth = worth.or(Some(candidate.worth()));
                 tried.push((group, found, gain));
             } else {

@@ -263,7 +263,12 @@ fn the_page_holds_what_is_found_of_seeded_causes() {
                 let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
                 println!("{name}, seed {seed}: {} replays", found.replays);
                 for cause in &found.causes {
-                    println!("    {:?}, or {:?}", cause.values, cause.rivals);
+                    let [without, with] = &cause.standings;
+                    let gain = with.gain_over(without);
+                    println!(
+                        "    {gain:.0} bits: {:?}, or {:?}",
+                        cause.values, cause.rivals
+                    );
                 }
                 row.take(wrong, &found);
             }
