@@ -18,7 +18,6 @@ use crate::core::tmam::feature::{Kind, MapFeature, Status};
 use crate::core::tmam::hearing::Hearing;
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
-use crate::io::config::keys;
 use crate::io::log::itemised;
 use crate::observe::causes::LOOKED_AT;
 use crate::observe::viewer::VERSION;
@@ -36,7 +35,7 @@ pub fn closing(
     text.push_str(&causes(outcome));
     text.push_str(&self::written(written));
     if outcome.causes.as_ref().is_none_or(Vec::is_empty) {
-        text.extend(fitting_neither(setting, outcome, named));
+        text.extend(fitting_neither(outcome, named));
     }
     text
 }
@@ -336,8 +335,6 @@ fn counted(counts: &BTreeMap<&'static str, u64>) -> String {
 const FITTING_NEITHER: f64 = 1.0 / 3.0;
 /// Fewer triples than this are no ground for advice.
 const ENOUGH: u64 = 30;
-/// Half a turn of a mount that is looked at, degrees.
-const TURN: f64 = 10.0;
 
 /// What of the configuration has no effect on this log.
 fn without_effect(setting: &Setting<'_>, outcome: &Outcome) -> Option<String> {
@@ -352,7 +349,7 @@ fn without_effect(setting: &Setting<'_>, outcome: &Outcome) -> Option<String> {
 
 /// What to try where readings that follow each other belong to nothing. `named` is the log with the
 /// flags of the configuration, as one types them.
-fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) -> Option<String> {
+fn fitting_neither(outcome: &Outcome, named: &str) -> Option<String> {
     let of_reason = |reason| outcome.reasons.get(reason).copied().unwrap_or_default();
     let neither = of_reason("neither");
     let labelled = outcome.labelled("contact") + outcome.labelled("intersection");
@@ -366,56 +363,18 @@ fn fitting_neither(setting: &Setting<'_>, outcome: &Outcome, named: &str) -> Opt
         return None;
     }
     let share = 100.0 * neither as f64 / triples as f64;
-    let mut text = format!(
+    Some(format!(
         "hint: {share:.0} % of the triples fit neither a wall nor a point. Targets that change from reading to \
-         reading do that, and outliers;\n\
-         so do a late clock of the ranges and a sonar mounted otherwise than the log says, which would show \
-         here as a clear lead of other values:\n  \
-         tmam sweep {named} --set input.range_delay=-0.2:0.3:0.05\n"
-    );
-    if let Some(sonar) = setting.sonars.first() {
-        let yaw = sonar.robot_from_sensor.yaw.to_degrees();
-        let [low, high] = [yaw - TURN, yaw + TURN].map(|yaw| (yaw * 10.0).round() / 10.0 + 0.0);
-        let key = format!("sonar.{}.yaw", keys::part(&sonar.name));
-        let mark = if key.contains('"') { "'" } else { "" };
-        text.push_str(&format!(
-            "  tmam sweep {named} --set {mark}{key}={low}:{high}:2.5{mark}    # likewise the other sonars\n"
-        ));
-    }
-    Some(text)
+         reading do that, rough\nwalls and outliers; so do late clocks and wrong mounts. What this log can say \
+         of these:\n  tmam calibrate {named}\n"
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::config::Config;
-    use crate::core::event::Sonar;
-    use crate::core::geometry::Pose2;
-    use crate::core::observer::Source;
 
-    fn hint(neither: u64, ambiguous: u64, name: &str) -> Option<String> {
-        let sonars = [Sonar {
-            name: name.into(),
-            topic: "/a".into(),
-            robot_from_sensor: Pose2::new(0.0, 0.0, -0.5),
-        }];
-        let source = Source {
-            file: "f.mcap".into(),
-            messages: 0,
-            start_ns: 0,
-            end_ns: 0,
-            complete: true,
-            lost: Vec::new(),
-            notes: Vec::new(),
-        };
-        let setting = Setting {
-            sonars: &sonars,
-            config: &Config::default(),
-            source: &source,
-            events_sha256: "",
-            origin_ns: 0,
-            start: crate::core::geometry::Vec2::zeros(),
-        };
+    fn hint(neither: u64, ambiguous: u64) -> Option<String> {
         let outcome = Outcome {
             reasons: [
                 ("neither", neither),
@@ -426,7 +385,7 @@ mod tests {
             labels: [("contact", 10)].into(),
             ..Outcome::default()
         };
-        fitting_neither(&setting, &outcome, "f.mcap")
+        fitting_neither(&outcome, "f.mcap")
     }
 
     #[test]
@@ -437,15 +396,10 @@ mod tests {
 
     #[test]
     fn a_third_of_the_triples_that_fit_neither_call_for_a_look_at_clock_and_mounts() {
-        assert_eq!(hint(30, 50, "front"), None);
-        assert_eq!(hint(9, 2, "front"), None, "too few");
-        let text = hint(60, 50, "front").unwrap();
+        assert_eq!(hint(30, 50), None);
+        assert_eq!(hint(9, 2), None, "too few");
+        let text = hint(60, 50).unwrap();
         assert!(text.contains("50 % of the triples"), "{text}");
-        assert!(
-            text.contains("tmam sweep f.mcap --set sonar.front.yaw=-38.6:-18.6:2.5 "),
-            "{text}"
-        );
-        let text = hint(60, 50, "/us 1").unwrap();
-        assert!(text.contains(r#"--set 'sonar."/us 1".yaw="#), "{text}");
+        assert!(text.ends_with("\n  tmam calibrate f.mcap\n"), "{text}");
     }
 }

@@ -43,13 +43,18 @@ pub fn text(calibration: &Calibration<'_>) -> String {
          cannot tell",
         &shared(calibration),
     );
-    section(&mut text, "", &sonars(calibration));
+    text.push('\n');
+    text.push_str(&sonars(calibration));
     text.push_str(&untold(calibration));
     text.push('\n');
     let told = causes::all(&calibration.search, calibration.events, calibration.config);
     if told.is_empty() {
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "Nothing is off among: {}.", causes::LOOKED_AT);
+        let _ = writeln!(
+            text,
+            "Nothing is found to be off among: {}.",
+            causes::LOOKED_AT
+        );
         return text;
     }
     for (place, cause) in told.iter().enumerate() {

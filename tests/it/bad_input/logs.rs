@@ -20,7 +20,7 @@ fn a_file_that_is_not_there_or_not_a_log() {
         Path::new("."),
         "replay {}",
         2,
-        &["cannot read", "directory"],
+        &["is a folder without a .mcap file"],
     );
     refuses(
         b"hello, world".to_vec(),
