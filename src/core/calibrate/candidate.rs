@@ -10,6 +10,7 @@ use crate::core::replay::{Outcome, Replay};
 /// An estimate is clear from so many standard deviations on, and from such a gain on, in natural
 /// logarithms.
 const CLEAR: f64 = 4.0;
+const CLEAR_OF_SEVERAL: f64 = 3.0;
 const CLEAR_GAIN: f64 = 10.0;
 
 /// What a parameter gains where nothing is off, in natural logarithms: with a thousand readings.
@@ -146,9 +147,14 @@ impl Estimates {
 }
 
 /// Whether values are off by more than their uncertainty, and by enough to matter in a log of so many
-/// seconds. Of several, each is uncertain where another one can stand for it.
+/// seconds. Of several, each is more uncertain where another one can stand for it.
 pub fn are_clear(values: &[Estimated], seconds: f64) -> bool {
-    let is_sure = |one: &Estimated| values.len() > 1 || one.value.abs() > CLEAR * one.deviation;
+    let clear = if values.len() > 1 {
+        CLEAR_OF_SEVERAL
+    } else {
+        CLEAR
+    };
+    let is_sure = |one: &Estimated| one.value.abs() > clear * one.deviation;
     values
         .iter()
         .any(|one| is_sure(one) && one.value.abs() > one.least(seconds))

@@ -19,6 +19,8 @@ const REFINED: usize = 2;
 /// What a cause must gain, bits altogether, and per parameter.
 const LEAST_GAIN: f64 = 25.0;
 const OF_PARAMETER: f64 = 8.0;
+/// The same where poses are estimated, bits an arc: a path that settles otherwise gains up to 0.35 by chance.
+const LEAST_GAIN_OF_A_PATH: f64 = 0.4;
 /// A candidate with such a share of the gain of the best explains the log as well.
 const AS_WELL: f64 = 0.9;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
@@ -216,7 +218,15 @@ impl Searcher<'_> {
 
     /// The candidate that gains most, as far as one gains enough.
     fn best(&mut self, now: &Tried, candidates: &[Candidate]) -> Option<(Cause, Tried)> {
-        let least = |group: &[Parameter]| LEAST_GAIN + OF_PARAMETER * group.len() as f64;
+        let least = |group: &[Parameter], found: &Tried| {
+            let of_path = LEAST_GAIN_OF_A_PATH * now.standing.bits.arcs as f64;
+            let of_path = if now.is_joint || found.is_joint {
+                of_path
+            } else {
+                0.0
+            };
+            of_path.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64)
+        };
         let mut tried: Vec<(Vec<Parameter>, Tried, f64)> = Vec::new();
         let mut worth: Option<f64> = None;
         let mut failed = Vec::new();
@@ -238,7 +248,7 @@ impl Searcher<'_> {
                 continue;
             };
             let values = found.values(&group, now);
-            if gain > least(&group) && are_clear(&values, found.estimates.seconds) {
+            if gain > least(&group, &found) && are_clear(&values, found.estimates.seconds) {
                 worth = worth.or(Some(candidate.worth()));
                 tried.push((group, found, gain));
             } else {
