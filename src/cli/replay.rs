@@ -126,7 +126,9 @@ impl Args {
         let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose()?;
 
         let mut lost = None;
-        let outcome = {
+        let named = quoted(&self.log.display().to_string());
+        let named = format!("{named}{}", self.parameters.as_typed());
+        let (outcome, source, warned) = {
             let mut progress = Progress::new(&setting);
             let file = outputs.recording.as_mut();
             let file = file.map(|out| out as &mut dyn io::Write);
@@ -141,25 +143,29 @@ impl Args {
             if !self.no_causes {
                 outcome.causes = causes::look_for(&replay, &outcome);
             }
+            let mut facts = Facts::new(&survey, Some(outcome));
+            let found = findings(&Examined {
+                facts: &facts,
+                survey: &survey,
+                attempt: &|config| attempted(&self.log, config),
+            });
+            let outcome = facts.replay.outcome.take().unwrap_or_default();
+            let serious = to_warn_of(&found);
+            let mut source = setting.source.clone();
+            source
+                .notes
+                .extend(serious.iter().map(|finding| finding.line()));
             if let Some(mut recording) = recording {
                 recording.tell_causes(outcome.causes.as_deref().unwrap_or_default())?;
+                let setting = Setting {
+                    source: &source,
+                    ..setting
+                };
                 let carried = carried(&setting, &outcome)?;
                 lost = recording.close(Some(&carried))?;
             }
-            outcome
+            (outcome, source, warnings(&serious, &named))
         };
-        let mut facts = Facts::new(&survey, Some(outcome));
-        let found = findings(&Examined {
-            facts: &facts,
-            survey: &survey,
-            attempt: &|config| attempted(&self.log, config),
-        });
-        let outcome = facts.replay.outcome.take().unwrap_or_default();
-        let serious = to_warn_of(&found);
-        let mut source = setting.source.clone();
-        source
-            .notes
-            .extend(serious.iter().map(|finding| finding.line()));
         let setting = Setting {
             source: &source,
             ..setting
@@ -176,9 +182,7 @@ impl Args {
         let written = outputs.commit()?;
 
         show(&report::problems(log, &setting, &outcome), true)?;
-        let named = quoted(&self.log.display().to_string());
-        let named = format!("{named}{}", self.parameters.as_typed());
-        show(&warnings(&serious, &named), true)?;
+        show(&warned, true)?;
         if let Some(lost) = lost {
             show(&format!("warning: {lost}; the file has it all\n"), true)?;
         }
