@@ -17,13 +17,13 @@ const STEP: f64 = 0.25 * DEGREE;
 const BLUR: f64 = 0.4 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// A feature is heard within so many standard deviations, and what maps are off by beside, metres.
+/// A range is a feature's within so many standard deviations; maps add an error of their own, metres.
 const SIGMAS: f64 = 3.0;
 const OF_MAP: f64 = 0.003;
 /// Nearer to its end than this a wall is no trial, metres.
 const INSIDE: f64 = 0.15;
 
-/// What inside and outside of the beam are heard lies within these.
+/// The shares of features that a sonar hears inside and outside of its beam lie within these bounds.
 const INSIDE_SHARE: [f64; 2] = [0.5, 0.98];
 const OUTSIDE_SHARE: [f64; 2] = [0.01, 0.3];
 /// Fewer trials than this say nothing.
@@ -52,12 +52,12 @@ pub struct Beam {
     edges: Option<Edges>,
 }
 
-/// A most likely value.
+/// The value that the trials point at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
     /// The value, as a change of what is configured.
     pub value: f64,
-    /// Half the interval in which it is half as likely in the logarithm: a standard deviation.
+    /// Its standard deviation, all values being weighted by their likelihood.
     pub deviation: f64,
     /// By how much the trials are likelier with it, in natural logarithms.
     pub gain: f64,
@@ -269,7 +269,7 @@ impl Beam {
     }
 }
 
-/// The most likely value between two, and how sure it is.
+/// The mean of the values between two bounds, weighted by their likelihood, and how sure it is.
 fn peak(low: f64, high: f64, of: &dyn Fn(f64) -> f64) -> Option<Peak> {
     let configured = of(0.0);
     let count = ((high - low) / STEP) as usize + 1;

@@ -25,6 +25,7 @@ const LEAST_GAIN_OF_A_PATH: f64 = 0.4;
 const AS_WELL: f64 = 0.9;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
 const RIVAL: f64 = 0.6;
+
 /// How much is tried, at most: by work and not by time, so that the same log gives the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
