@@ -103,6 +103,8 @@ fn labels_come_back_with_the_frames_that_they_are_in() {
     let log = LogInfo {
         file: "a.mcap".to_owned(),
         events_sha256: "0".to_owned(),
+        odometry: None,
+        sonars: None,
     };
     let with = |noise| LabelsFile {
         log: log.clone(),
