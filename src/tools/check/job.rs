@@ -100,9 +100,8 @@ impl Job {
         let by = (unknown.is_empty() && !only_map).then_some(golden.written_by.version.as_str());
         found.blame(&changed.unwrap_or_default(), true, by);
         let stem = self.log.file_stem().unwrap_or_default().to_string_lossy();
-        let missed = actual
-            .quality
-            .map_or_else(Vec::new, |quality| required.missed(&stem, &quality));
+        let quality = actual.quality;
+        let missed = quality.map_or_else(Vec::new, |quality| required.missed(&stem, &quality));
         let missed = missed
             .into_iter()
             .map(|text| Difference::Requirement { text });
@@ -111,6 +110,7 @@ impl Job {
             true => CheckResult::Matches,
             false => CheckResult::Differs,
         });
+        report.quality = quality;
         report.notes = notes(&golden, &unknown);
         if let (Some(artifacts), CheckResult::Differs) = (artifacts, &report.result) {
             let config = Some(config.clone());
@@ -204,6 +204,7 @@ impl Job {
         }
         write_whole(&self.golden, &bytes)?;
         let mut report = self.report(CheckResult::Blessed);
+        report.quality = new.results.quality;
         if let Some(old) = old {
             report.notes = changed_terms(&old, &new);
             let mut found = found.unwrap_or_default();
@@ -248,6 +249,7 @@ impl Job {
             result: result.into(),
             notes: Vec::new(),
             compared: None,
+            quality: None,
             artifacts: Vec::new(),
             recording: None,
             seconds: 0.0,

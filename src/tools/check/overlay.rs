@@ -20,7 +20,8 @@ pub fn overlay(
     around: Option<u32>,
 ) -> Overlay {
     // What is in no frame, as another log's events, is looked for in all of them.
-    let everywhere = found.differences.iter().any(|one| one.frames().is_none());
+    let mut failing = found.differences.iter().filter(|one| one.fails(true));
+    let everywhere = failing.any(|one| one.frames().is_none());
     let only = around
         .filter(|_| !everywhere)
         .map(|around| windows(found, around))

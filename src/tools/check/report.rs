@@ -12,7 +12,9 @@ use crate::io::config::file::ConfigError;
 use crate::io::log::LogError;
 use crate::io::output::OutputError;
 use crate::observe::viewer;
-use crate::tools::golden::{Comparison, Feature, GoldenError, ToleranceError, differences_in_json};
+use crate::tools::golden::{
+    Comparison, Feature, GoldenError, Quality, ToleranceError, differences_in_json,
+};
 
 /// The name and version of the JSON format.
 const SCHEMA: &str = "tmam.check/1";
@@ -28,6 +30,8 @@ pub struct Report {
     pub notes: Vec<String>,
     /// `None` where it did not come to a comparison.
     pub compared: Option<Compared>,
+    /// How good the results are; `None` where there are none.
+    pub quality: Option<Quality>,
     /// Files that were written for people to look into.
     pub artifacts: Vec<PathBuf>,
     /// The recording among them.
@@ -37,7 +41,7 @@ pub struct Report {
 }
 
 /// A comparison, and the map that was blessed.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Compared {
     pub map: Vec<Feature>,
     pub found: Comparison,

@@ -52,11 +52,14 @@ pub struct Requirements {
     one: BTreeMap<String, Vec<Requirement>>,
 }
 
+/// Whether a value is within a limit.
+type IsMet = fn(f64, f64) -> bool;
+
 #[derive(Debug, Clone)]
 struct Requirement {
     measure: String,
     bound: String,
-    is_met: fn(f64, f64) -> bool,
+    is_met: IsMet,
     limit: f64,
 }
 
@@ -101,7 +104,7 @@ impl Requirement {
             is_known,
         };
         /// A bound of two signs before its first sign alone.
-        const BOUNDS: [(&str, fn(f64, f64) -> bool); 4] = [
+        const BOUNDS: [(&str, IsMet); 4] = [
             (">=", |value, limit| value >= limit),
             ("<=", |value, limit| value <= limit),
             (">", |value, limit| value > limit),

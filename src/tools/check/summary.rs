@@ -51,10 +51,10 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
         text.push_str(HEAD);
     }
     let known = reports.iter().filter_map(quality);
-    let (then, now): (Vec<Quality>, Vec<Quality>) = known.map(|[then, now]| (then, now)).unzip();
+    let (then, now): (Vec<Quality>, Vec<Quality>) = known.unzip();
     if then.len() > 1 {
-        let all = [Quality::of_all(&then), Quality::of_all(&now)];
-        let _ = writeln!(text, "| **all {}** | | {} |", then.len(), columns(&all));
+        let all = (Quality::of_all(&then), Quality::of_all(&now));
+        let _ = writeln!(text, "| **all {}** | | {} | |", then.len(), columns(&all));
     }
     // Those that need somebody's eye come first where not all have room.
     let mut in_order: Vec<&Report> = reports.iter().collect();
@@ -94,13 +94,16 @@ fn row(report: &Report) -> String {
     )
 }
 
-/// How good a log's results were and are.
-fn quality(report: &Report) -> Option<[Quality; 2]> {
-    report.compared.as_ref()?.found.quality
+/// How good a log's results were and are; where it is not known what they were, as they are.
+fn quality(report: &Report) -> Option<(Quality, Quality)> {
+    let now = report.quality?;
+    let found = report.compared.as_ref().map(|compared| &compared.found);
+    let then = found.and_then(|found| found.quality).map(|[then, _]| then);
+    Some((then.unwrap_or(now), now))
 }
 
 /// Whether it got better, and its numbers, then and now.
-fn columns([then, now]: &[Quality; 2]) -> String {
+fn columns((then, now): &(Quality, Quality)) -> String {
     let numbers = then.columns().into_iter().zip(now.columns());
     let numbers = numbers.map(|(then, now)| from_to(&then, &now).replace("->", "→"));
     let trend = std::iter::once(now.trend(then).name().to_owned());
@@ -143,7 +146,7 @@ fn details(report: &Report, strict: bool) -> String {
             block(&mut text, &head.join("\n"));
         }
     }
-    for section in &sections {
+    for section in sections.iter().filter(|section| section.name != "cause") {
         let _ = writeln!(text, "**{}**\n", section.heading.replace("->", "→"));
         let lines = &section.lines;
         let shown = lines.iter().take(SHOWN).map(String::as_str);
@@ -262,6 +265,7 @@ mod tests {
             result: CheckResult::Unusable(reason.to_owned()),
             notes: Vec::new(),
             compared: None,
+            quality: None,
             artifacts: Vec::new(),
             recording: None,
             seconds: 0.0,

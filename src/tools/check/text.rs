@@ -29,7 +29,8 @@ pub fn report(report: &Report, shown: usize, strict: bool) -> String {
         for line in headlines(&compared.found, report.recording.as_deref()) {
             say(4, if is_told { &line } else { "" });
         }
-        for section in sections(&compared.found, strict) {
+        let told = sections(&compared.found, strict).into_iter();
+        for section in told.filter(|section| section.name != "cause") {
             say(4, &section.listed(shown));
         }
         if report.result == CheckResult::Blessed && compared.found.matches(true) {

@@ -12,7 +12,7 @@ use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::core::statistics::seconds;
 use crate::core::tmam::feature::{MapFeature, Shape};
-use crate::core::tmam::label::Label;
+use crate::core::tmam::label::{Kind, Label};
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Extraction;
 
@@ -34,10 +34,14 @@ pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
     let map = outcome.map.iter();
     let map = map.map(|one| timed(registered(one, spans.get(&one.id).copied())));
     let map: Vec<Feature> = map.collect();
+    let confirmed = [Kind::Line, Kind::Point].map(|kind| {
+        let is_one = |one: &&Feature| one.kind() == kind && one.is_confirmed();
+        map.iter().filter(is_one).count() as u64
+    });
     let extracted = outcome.extractions.iter();
     let extracted = extracted.map(|one| timed(self::extracted(one, setting.sonars)));
     Results {
-        quality: Some(Quality::of(outcome, &map)),
+        quality: Some(Quality::of(outcome, confirmed)),
         map,
         extracted: extracted.collect(),
         labels: Some(labels(setting.sonars, outcome)),

@@ -235,8 +235,10 @@ impl FeatureDifference {
         });
         match self.state {
             State::Changed => {
-                let off = self.changes.iter().map(Change::tolerances);
-                (self.is_elsewhere(), off.fold(0.0, f64::max))
+                let elsewhere = self.is_elsewhere();
+                let of_it = self.changes.iter();
+                let of_it = of_it.filter(|change| !elsewhere || change.is_of_place());
+                (elsewhere, of_it.map(Change::tolerances).fold(0.0, f64::max))
             }
             _ => (
                 self.feature().is_some_and(|known| !known.is_unfitted()),
@@ -247,13 +249,7 @@ impl FeatureDifference {
 
     /// Whether it is not where it was: it moved, or is there on one side only.
     pub fn is_elsewhere(&self) -> bool {
-        let moved = |change: &Change| match change {
-            Change::Number(number) => {
-                matches!(number.unit, ChangeUnit::Metres | ChangeUnit::Radians)
-            }
-            Change::Word { .. } => false,
-        };
-        self.state != State::Changed || self.changes.iter().any(moved)
+        self.state != State::Changed || self.changes.iter().any(Change::is_of_place)
     }
 }
 
@@ -269,6 +265,14 @@ fn id<S: Serializer>(feature: &Option<Feature>, serializer: S) -> Result<S::Ok, 
 }
 
 impl Change {
+    /// Whether it says that something is elsewhere.
+    pub fn is_of_place(&self) -> bool {
+        let Self::Number(number) = self else {
+            return false;
+        };
+        matches!(number.unit, ChangeUnit::Metres | ChangeUnit::Radians)
+    }
+
     /// How many tolerances it is; of a word, one.
     pub fn tolerances(&self) -> f64 {
         match self {

@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::results::micro;
 use crate::core::event::{Events, RangeReading, Return, SonarId};
 use crate::core::geometry::{Pose2, wrap_angle};
 use crate::core::observer::Setting;
-use crate::core::rounding::rounded;
+use crate::core::rounding::{micro, rounded};
 use crate::core::statistics::{median, seconds};
 
 /// The log that results come from.

@@ -2,11 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::results::{Feature, micro};
 use crate::core::bits::Bits;
 use crate::core::replay::Outcome;
+use crate::core::rounding::micro;
 use crate::core::statistics::fraction;
-use crate::core::tmam::label::Kind;
 
 /// How good a result is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -56,20 +55,14 @@ impl Trend {
 }
 
 impl Quality {
-    /// Of a replay whose map is `map`; nothing is known of the truth.
-    pub fn of(outcome: &Outcome, map: &[Feature]) -> Self {
-        let confirmed = |kind: Kind| {
-            let is_one = |feature: &&Feature| {
-                feature.kind() == kind && feature.fate.as_deref() != Some("tentative")
-            };
-            map.iter().filter(is_one).count() as u64
-        };
+    /// Of a replay whose map has so many confirmed lines and points; nothing is known of the truth.
+    pub fn of(outcome: &Outcome, [walls, points]: [u64; 2]) -> Self {
         let bits = Bits::of(outcome);
         let labelled = outcome.reports.iter();
         let labelled = labelled.filter(|report| report.label.kind().is_some());
         Self {
-            walls: confirmed(Kind::Line),
-            points: confirmed(Kind::Point),
+            walls,
+            points,
             arcs: bits.arcs,
             labelled: labelled.count() as u64,
             suspects: outcome.suspects,

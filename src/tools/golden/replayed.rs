@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::collect::results;
-use super::results::{Results, micro};
+use super::results::Results;
 use crate::core::replay::{Outcome, Replay};
+use crate::core::rounding::micro;
 use crate::io::log::survey::Survey;
 use crate::io::log::{LogError, read_with_truth, truth};
 use crate::tools::evaluate::truth::AGREEING_RANGE;

@@ -11,6 +11,7 @@ use super::quality::Quality;
 use crate::core::config::Config;
 use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::core::noise_estimate::VarianceFrom;
+use crate::core::rounding::{fixed, micro};
 use crate::core::tmam::label::Kind;
 
 /// The results of a replay, or of anything else that finds lines and points.
@@ -214,7 +215,7 @@ impl Results {
     /// The confirmed features of the map and where they are, and nothing else: what two drives through the
     /// same rooms have in common.
     pub fn map_alone(&self) -> Self {
-        let confirmed = (self.map.iter()).filter(|one| one.fate.as_deref() != Some("tentative"));
+        let confirmed = self.map.iter().filter(|one| one.is_confirmed());
         let place = |feature: &Feature| Feature {
             id: feature.id,
             frames: feature.frames,
@@ -289,18 +290,24 @@ impl Feature {
 
     /// What it is and where: `line (0.00, 5.00) to (4.00, 5.00) m`.
     pub fn place(&self) -> String {
-        let at = |at: Vec2| format!("({:.2}, {:.2})", at.x + 0.0, at.y + 0.0);
+        let at = |at: Vec2| format!("({}, {})", fixed(at.x, 2), fixed(at.y, 2));
         let kind = self.kind().name();
         match (&self.geometry, self.geometry.ends()) {
             (Geometry::Line(_), Some([one, other])) => {
                 // From the left, so that it is named alike whichever way it was seen.
-                let is_left = (one.x, one.y) <= (other.x, other.y);
+                let centimetres = |at: Vec2| libm::rint(at.x * 100.0);
+                let is_left = (centimetres(one), one.y) <= (centimetres(other), other.y);
                 let [from, to] = if is_left { [one, other] } else { [other, one] };
                 format!("{kind} {} to {} m", at(from), at(to))
             }
             (_, Some([place, _])) => format!("{kind} {} m", at(place)),
             _ => format!("{kind} without a fit"),
         }
+    }
+
+    /// Whether enough stands behind it; of a feature of the map.
+    pub fn is_confirmed(&self) -> bool {
+        self.fate.as_deref() != Some("tentative")
     }
 
     pub fn is_unfitted(&self) -> bool {
@@ -370,14 +377,4 @@ impl LineSegment {
 pub fn sigma_of(variances: [f64; 2]) -> Option<[f64; 2]> {
     let sigma = variances.map(|variance| micro(variance.max(0.0).sqrt()));
     sigma.iter().all(|s| s.is_finite()).then_some(sigma)
-}
-
-/// `x` to six decimals; zero has no sign.
-pub fn micro(x: f64) -> f64 {
-    let scaled = x * 1e6;
-    if scaled.abs() < 9e15 {
-        libm::rint(scaled) / 1e6 + 0.0
-    } else {
-        x
-    }
 }

@@ -77,7 +77,7 @@ pub fn headlines(found: &Comparison, recording: Option<&Path>) -> Vec<String> {
         lines.push(headline(then, now));
     }
     if let Some(worst) = found.worst() {
-        let mut line = format!("worst place: {}", describe(worst));
+        let mut line = format!("worst place: {}", describe(&foremost(worst)));
         if let (Some(path), Some([frame, _])) = (recording, worst.frames()) {
             let _ = write!(line, "; look at frame {frame} of {}", path.display());
         }
@@ -87,6 +87,22 @@ pub fn headlines(found: &Comparison, recording: Option<&Path>) -> Vec<String> {
     let causes = found.causes().zip(words);
     lines.extend(causes.map(|(cause, word)| inert_line(&format!("{word}: {}", cause.text))));
     lines
+}
+
+/// A difference with the gravest change alone.
+fn foremost(difference: &Difference) -> Difference {
+    let mut foremost = difference.clone();
+    if let Difference::Map(one) | Difference::Extracted(one) = &mut foremost {
+        // Where it is says more than how many readings say so.
+        let elsewhere = one.is_elsewhere();
+        let changes = std::mem::take(&mut one.changes).into_iter();
+        let changes = changes.filter(|change| !elsewhere || change.is_of_place());
+        one.changes = changes
+            .max_by(|a, b| a.tolerances().total_cmp(&b.tolerances()))
+            .into_iter()
+            .collect();
+    }
+    foremost
 }
 
 impl Section {

@@ -122,7 +122,6 @@ fn labels(arcs: &[(i64, Mark, f64)]) -> Labels {
     Labels {
         sonars: [("a".to_owned(), arcs.collect())].into(),
         frame_stamps: vec![0, 20, 40],
-        ..Labels::default()
     }
 }
 

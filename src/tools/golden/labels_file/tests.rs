@@ -98,7 +98,6 @@ fn labels_come_back_with_the_frames_that_they_are_in() {
     let labels = Labels {
         sonars: [("left".to_owned(), vec![arc(5), arc(25)])].into(),
         frame_stamps: vec![5, 20, 40],
-        ..Labels::default()
     };
     let log = LogInfo {
         file: "a.mcap".to_owned(),
