@@ -13,6 +13,7 @@ use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
 use tmam_replay::tools::evaluate::{Evaluation, Truth};
 use tmam_replay::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+    Untold,
 };
 
 /// How the robot goes through the room.
@@ -135,6 +136,8 @@ impl Case {
                 Drive::ThriceMuchDrift | Drive::ThriceMuchDriftPosts => drift(0.03, 0.6, 1.5),
                 _ => OdometryNoise::default(),
             },
+            untold: Untold::default(),
+            silent: Vec::new(),
             seed,
         };
         simulation
