@@ -133,6 +133,7 @@ impl Default for NoiseAwareOptions {
             end_at_corners: true,
             gather: true,
             join_corners: true,
+            oblique_walls: false,
         }
     }
 }

@@ -216,6 +216,12 @@ impl Rules {
         Self(vec![("noise-aware", Config::default())])
     }
 
+    /// The same where rough walls that are seen at an angle support the walls of the map.
+    pub fn oblique_walls() -> Self {
+        let config = parse("[noise_aware]\noblique_walls = true").unwrap();
+        Self(vec![("with oblique_walls", config)])
+    }
+
     /// The noise-aware rule where the messages' variance is not believed and sigma is measured.
     pub fn measuring() -> Self {
         let config = parse("[noise]\ntrust_variance = false").unwrap();
