@@ -7,6 +7,7 @@
 mod bearings;
 pub mod candidate;
 pub mod change;
+mod far_off;
 pub mod parameter;
 mod ranges;
 pub mod search;

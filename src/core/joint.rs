@@ -120,7 +120,7 @@ pub struct JointEstimate {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OdometryKept {
     /// The ranges are as likely at the poses of odometry.
-    #[error("the ranges agree with odometry as it is")]
+    #[error("the ranges fit no better at other poses")]
     Agrees,
     /// Nothing that the path could be held against.
     #[error(

@@ -22,6 +22,9 @@ use crate::io::log::itemised;
 use crate::observe::causes::LOOKED_AT;
 use crate::observe::viewer::VERSION;
 
+/// Odometry whose distances are further off than this, as a share, has another cause than its wheels.
+const UNLIKELY_SCALE: f64 = 0.03;
+
 /// What a replay came to, the files it wrote and how to open them.
 ///
 /// `named` is the log with the flags of the configuration, as one types them.
@@ -202,14 +205,22 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
     let _ = writeln!(
         text,
         "{:<10} odometry is off by {:.1} cm and {:.2} deg after a metre, {:.2} deg after a radian; \
-         {:+.1} % too short, {:+.1} % of turns",
+         its distances are {}, its turns {}",
         "",
         100.0 * distance,
         heading.to_degrees(),
         turn.to_degrees(),
-        percent(joint.scales[0]),
-        percent(joint.scales[1]),
+        misjudged(joint.scales[0]),
+        misjudged(joint.scales[1]),
     );
+    if joint.scales[0].abs() > UNLIKELY_SCALE {
+        let _ = writeln!(
+            text,
+            "{:<10} so much is no wear of wheels: ranges may be {} instead, which looks the same",
+            "",
+            misjudged(-joint.scales[0])
+        );
+    }
     let closures = joint.closures.len() as u64;
     if closures > 0 {
         let features = plural(closures, "feature");
@@ -217,9 +228,15 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
     }
 }
 
-/// To a tenth, zero without a sign of its own.
-fn percent(share: f64) -> f64 {
-    libm::rint(1e3 * share) / 10.0 + 0.0
+/// `0.4 % too long`: a share by which something is too short, to a tenth of a percent.
+fn misjudged(too_short: f64) -> String {
+    let tenths = libm::rint(1e3 * too_short);
+    let word = if tenths < 0.0 { "long" } else { "short" };
+    if tenths == 0.0 {
+        "right".to_owned()
+    } else {
+        format!("{:.1} % too {word}", tenths.abs() / 10.0)
+    }
 }
 
 /// Rough walls and sonars of which hardly a triple is explained.
@@ -390,8 +407,11 @@ mod tests {
 
     #[test]
     fn a_share_that_is_none_has_no_sign_of_its_own() {
-        let shown = [-0.0004, 0.0004, -0.0006, 0.02].map(|share| format!("{:+.1}", percent(share)));
-        assert_eq!(shown, ["+0.0", "+0.0", "-0.1", "+2.0"]);
+        let shown = [-0.0004, 0.0004, -0.0006, 0.02].map(misjudged);
+        assert_eq!(
+            shown,
+            ["right", "right", "0.1 % too long", "2.0 % too short"]
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use super::candidate::{Candidate, Estimated, Estimates, are_clear};
 use super::change::Change;
+use super::far_off::{TRIALS, far_off};
 use super::parameter::Parameter;
 use crate::core::bits::Bits;
 use crate::core::config::{Config, Poses};
@@ -25,6 +26,9 @@ const LEAST_GAIN_OF_A_PATH: f64 = 0.4;
 const AS_WELL: f64 = 0.9;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
 const RIVAL: f64 = 0.6;
+
+/// A log of which less than this is explained may have something that is far off.
+const TROUBLED: f64 = 0.8;
 
 /// How much is tried, at most: by work and not by time, so that the same log gives the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,42 +183,75 @@ impl Searcher<'_> {
         if self.is_spent() {
             return None;
         }
+        self.replays += 1;
+        self.with(&change, |replay, outcome| Tried {
+            change: change.clone(),
+            standing: Standing::of(outcome),
+            estimates: Estimates::new(replay, outcome),
+            is_joint: outcome.joint().is_some(),
+        })
+    }
+
+    /// How well a replay with a change stands.
+    fn standing(&mut self, change: &Change) -> Option<Standing> {
+        self.with(change, |_, outcome| Standing::of(outcome))
+    }
+
+    fn with<T>(
+        &mut self,
+        change: &Change,
+        of: impl FnOnce(&Replay<'_>, &Outcome) -> T,
+    ) -> Option<T> {
         let mut log = self.log.clone();
         change.apply(&mut log.events);
         let mut config = self.config.clone();
         change.apply_clocks(&mut config);
         let replay = Replay::new(&log, &config).ok()?;
         let outcome = replay.run(&mut []).ok()?;
-        self.replays += 1;
-        let standing = Standing::of(&outcome);
-        self.work += standing.bits.arcs;
-        Some(Tried {
-            change,
-            standing,
-            estimates: Estimates::new(&replay, &outcome),
-            is_joint: outcome.joint().is_some(),
-        })
+        self.work += Bits::of(&outcome).arcs;
+        Some(of(&replay, &outcome))
     }
 
     /// What may be off, the likeliest first. Poses that were estimated have taken a part of what is off for
     /// drift: what the poses of odometry say stands between.
     fn candidates(&mut self, now: &Tried) -> Vec<Candidate> {
+        let mut both = self.far_off(now);
         let first = now.estimates.candidates();
         if !now.is_joint {
-            return first;
+            both.extend(first);
+            return both;
         }
         let poses = std::mem::replace(&mut self.config.poses, Poses::Odometry);
         let by_odometry = self.replayed(now.change.clone());
         self.config.poses = poses;
         let mut second = by_odometry.map_or_else(Vec::new, |tried| tried.estimates.candidates());
         second.reverse();
-        let mut both: Vec<Candidate> = Vec::new();
         for candidate in first {
             both.extend(second.pop());
             both.push(candidate);
         }
         both.extend(second.into_iter().rev());
         both
+    }
+
+    /// What all sonars share and is far off, by the poses of odometry.
+    fn far_off(&mut self, now: &Tried) -> Vec<Candidate> {
+        let share = now.standing.bits.explained_share();
+        let work = TRIALS as u64 * now.standing.bits.arcs;
+        if share.is_none_or(|share| share > TROUBLED) || self.work + work > self.effort.arcs {
+            return Vec::new();
+        }
+        let poses = std::mem::replace(&mut self.config.poses, Poses::Odometry);
+        let mut found = Vec::new();
+        if let Some(before) = self.standing(&now.change) {
+            found = far_off(&mut |parameter, value| {
+                let mut change = now.change.clone();
+                change.add(parameter, value);
+                Some(self.standing(&change)?.gain_over(&before))
+            });
+        }
+        self.config.poses = poses;
+        found
     }
 
     /// The candidate that gains most, as far as one gains enough.
@@ -240,11 +277,14 @@ impl Searcher<'_> {
             {
                 continue;
             }
+            let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
+            if tried.iter().any(|(done, ..)| *done == group) {
+                continue;
+            }
             if trials == TRIED_EACH {
                 break;
             }
             trials += 1;
-            let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
             let Some((found, gain)) = self.settled(now, candidate) else {
                 continue;
             };

@@ -17,6 +17,9 @@ use super::residual::RangeResidual;
 use crate::core::ties;
 use wall::{Place, SIGMAS, Wall};
 
+/// A wall may go on past what was seen of it by this, metres.
+const UNSEEN: f64 = 0.15;
+
 /// The confirmed features of a map.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MapPrediction {
@@ -58,13 +61,12 @@ impl MapPrediction {
         self.walls.len() + self.points.len()
     }
 
-    /// How well the map fits an arc: by the feature that fits best of those that explain it.
+    /// How well the map fits an arc: by the feature that fits best. Where a wall ends is known only to about
+    /// the way from reading to reading: sonars that look straight at its end while the robot drives towards it
+    /// all meet it in one place, just past what the others saw.
     pub fn residual(&self, arc: &Arc) -> Option<RangeResidual> {
-        if self.predict(arc).support == Support::Neither {
-            return None;
-        }
         let walls = self.walls.iter();
-        let walls = walls.filter_map(|wall| Some(wall.explains(arc)?.1));
+        let walls = walls.filter_map(|wall| wall.fits(arc, UNSEEN));
         let points = self.points.iter();
         let points = points.filter_map(|(_, point)| explained_by(point, arc));
         let residuals = walls.chain(points).map(|r| (r.chi2(), r));

@@ -119,6 +119,21 @@ impl Wall {
         } else {
             return None;
         };
+        Some((place, self.residual(arc)?))
+    }
+
+    /// How far a reading is from the wall's line, where the wall explains it if it goes on by `beyond` metres
+    /// past what was seen of it.
+    pub fn fits(&self, arc: &Arc, beyond: f64) -> Option<RangeResidual> {
+        let way = arc.center().dot(&self.along);
+        let more = self.slack + beyond;
+        let is_near = way >= self.low - more && way <= self.high + more;
+        is_near.then(|| self.residual(arc)).flatten()
+    }
+
+    /// How far a reading is from the wall's line, within the gate and the beam.
+    fn residual(&self, arc: &Arc) -> Option<RangeResidual> {
+        let way = arc.center().dot(&self.along);
         // Most walls of a large map are out of the question, without a sine: (6), and its variance.
         let off = arc.range - (self.segment.rho - arc.center().dot(&self.normal)).abs();
         let by_line = Vec2::new(1.0, -way);
@@ -128,6 +143,6 @@ impl Wall {
         }
         let residual = RangeResidual::of_line(&self.segment, arc);
         let explained = residual.chi2() <= SIGMAS * SIGMAS && residual.is_in_beam(arc);
-        explained.then_some((place, residual))
+        explained.then_some(residual)
     }
 }
