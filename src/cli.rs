@@ -82,9 +82,9 @@ impl Cli {
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
             #[cfg(feature = "terminal")]
-            Command::Completions(args) => args.run(),
+            Command::Completions(args) => args.run(<Self as clap::CommandFactory>::command()),
             #[cfg(feature = "terminal")]
-            Command::Man(args) => args.run(),
+            Command::Man(args) => args.run(<Self as clap::CommandFactory>::command()),
         }
     }
 }

@@ -1,9 +1,8 @@
 //! `tmam completions`
 
-use clap::CommandFactory as _;
+use clap::Command;
 use clap_complete::Shell;
 
-use crate::cli::Cli;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::output::print;
@@ -18,9 +17,9 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<Exit, Error> {
+    pub fn run(self, mut tmam: Command) -> Result<Exit, Error> {
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "tmam", &mut script);
+        clap_complete::generate(self.shell, &mut tmam, "tmam", &mut script);
         print(&String::from_utf8_lossy(&script))?;
         Ok(Exit::Done)
     }

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::CommandFactory as _;
+use clap::Command;
 use clap_mangen::Man;
 
-use crate::cli::Cli;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::output::{Output, make_room};
@@ -21,8 +20,7 @@ pub struct Args {
 }
 
 impl Args {
-    pub fn run(self) -> Result<Exit, Error> {
-        let mut tmam = Cli::command();
+    pub fn run(self, mut tmam: Command) -> Result<Exit, Error> {
         // Subcommands are called `tmam-replay` and have the help flags only once the whole is built.
         tmam.build();
         let commands = tmam.get_subcommands().filter(|c| c.get_name() != "help");
