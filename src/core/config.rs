@@ -92,6 +92,17 @@ pub struct Input {
     /// Frame that the odometry is in, where messages or transforms give the robot's pose in several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_frame: Option<String>,
+    /// Another log, of which only the transforms that never move and the robot's description are taken: the
+    /// first part of a split recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mounts_from: Option<String>,
+    /// Which of two tracks that alternate on the odometry's topic is used: 1, with the first sample, or 2.
+    /// All samples where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_track: Option<u8>,
+    /// Take the odometry's jumps out: behind each the robot goes on as it drove before.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub drop_jumps: bool,
     /// Leave out readings that merely repeat a sonar's last value while the robot moved.
     pub drop_repeats: bool,
     /// Use messages that only the data section's checksum covers where that does not agree: any of

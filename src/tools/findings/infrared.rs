@@ -38,10 +38,9 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
         if all {
             "if they are sonars, mend radiation_type in the driver (0 is ultrasound)".to_owned()
         } else {
-            format!(
-                "leave them out: input.sonars = [{}], or --sensor",
-                sound.join(", ")
-            )
+            let key = format!("input.sonars = [{}]", sound.join(", "));
+            let tried = of.tried(&key).unwrap_or_default();
+            format!("leave them out: {key}{tried}, or --sensor")
         },
     )]
 }
