@@ -2,19 +2,24 @@
 
 mod calibrate;
 mod check;
+#[cfg(feature = "terminal")]
+mod completions;
 mod config;
 mod diff;
 pub mod error;
 mod evaluate;
 mod explain;
 mod info;
+#[cfg(feature = "terminal")]
+mod man;
+mod named;
 mod parameters;
 mod replay;
 mod report;
 mod simulate;
 mod sweep;
 
-use clap::{Parser, Subcommand};
+use clap::{ArgAction, Parser, Subcommand};
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
@@ -24,8 +29,14 @@ use crate::core::exit::Exit;
 /// Replays an MCAP log of sonar ranges and odometry through TMAM, the three measurements
 /// association model, and records every arc, label and feature for the Rerun viewer.
 #[derive(Debug, Parser)]
-#[command(name = "tmam", version, max_term_width = 100)]
+#[command(name = "tmam", version, max_term_width = 100, disable_help_flag = true)]
 pub struct Cli {
+    /// Print help
+    #[arg(short, long, global = true, display_order = 100, action = ArgAction::HelpShort)]
+    help: Option<bool>,
+    /// Print help with every parameter and more words
+    #[arg(long, global = true, display_order = 101, action = ArgAction::HelpLong)]
+    help_all: Option<bool>,
     #[command(subcommand)]
     command: Command,
 }
@@ -46,6 +57,10 @@ enum Command {
     Sweep(Box<sweep::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
+    #[cfg(feature = "terminal")]
+    Completions(completions::Args),
+    #[cfg(feature = "terminal")]
+    Man(man::Args),
 }
 
 impl Cli {
@@ -66,6 +81,10 @@ impl Cli {
             Command::Sweep(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),
+            #[cfg(feature = "terminal")]
+            Command::Completions(args) => args.run(),
+            #[cfg(feature = "terminal")]
+            Command::Man(args) => args.run(),
         }
     }
 }

@@ -8,6 +8,13 @@ use tmam_replay::cli::Cli;
 use tmam_replay::core::legible::{legible, typed_on_one_line};
 
 fn main() -> ExitCode {
+    #[cfg(all(unix, feature = "terminal"))]
+    if let Err(error) = tmam_replay::io::interruption::clean_up() {
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: Ctrl-C will leave hidden files: {error}"
+        );
+    }
     match Cli::parse().run() {
         Ok(exit) => ExitCode::from(exit.code()),
         Err(error) => {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::replay::Replay;
 use crate::io::config::changed::with_keys;
@@ -30,7 +31,7 @@ pub struct Args {
     /// The MCAP log
     log: PathBuf,
     /// Write the configuration here: what is given, with the keys that mend what is off
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", value_parser = ending_in("toml"))]
     write: Option<PathBuf>,
     /// Tell it in JSON (tmam.calibration/1): SI units and radians
     #[arg(long)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::parameters::Parameters;
+use super::parameters::{Parameters, assignment};
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::output::print;
@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.toml")]
     config_b: Option<PathBuf>,
     /// A key of the configuration that is otherwise for B, repeatable: triple.gamma=8
-    #[arg(long, value_name = "KEY=VALUE")]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set_b: Vec<String>,
     /// A tolerance, repeatable: rho=0.02 (metres and radians) [default: those of a golden file]
     #[arg(long, value_name = "KEY=VALUE")]

@@ -43,7 +43,7 @@ pub enum Error {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A `--set` flag.
-    #[error("--set takes KEY=VALUE, with text in quotes ('input.robot_frame=\"base\"'): {source}")]
+    #[error("--set takes KEY=VALUE: {source}")]
     Set {
         /// What is wrong with it.
         source: ConfigError,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::parameters::Parameters;
 use super::simulate::{WorldFile, world_file};
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::observer::Kept;
 use crate::core::replay::{Replay, ReplayError};
@@ -46,7 +47,7 @@ pub struct Args {
     #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
     agree: f64,
     /// Write a recording for the Rerun viewer here, with the truth and the errors in it
-    #[arg(short, long = "output", value_name = "FILE.rrd")]
+    #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
     /// Tell it in JSON (tmam.evaluation/1): SI units and radians
     #[arg(long)]

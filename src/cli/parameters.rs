@@ -1,14 +1,16 @@
 //! The flags that make a configuration, for every command that replays.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use toml::Value;
+use toml::{Table, Value};
 
 use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::core::legible::one_line;
 use crate::io::config::file::{ConfigError, check, layered, overridden, parse_layers};
+use crate::io::text_file::read_text;
 
 /// Parameters of the replay; a flag stands before the configuration file.
 #[derive(Debug, Clone, Default, PartialEq, Args)]
@@ -17,25 +19,25 @@ pub struct Parameters {
     #[command(flatten)]
     selection: Selection,
     /// Paper's rule: a contact arc has theta_c < ALPHA * theta_i [default: 0.5]
-    #[arg(long, value_name = "RATIO")]
+    #[arg(long, value_name = "RATIO", hide_short_help = true)]
     alpha: Option<f64>,
     /// Paper's rule: an intersection arc has theta_c > BETA * theta_i [default: 2]
-    #[arg(long, value_name = "RATIO")]
+    #[arg(long, value_name = "RATIO", hide_short_help = true)]
     beta: Option<f64>,
     /// Paper's rule: the smaller angle of a labelled arc is below this [default: 10]
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", hide_short_help = true)]
     gamma: Option<f64>,
     /// Distance driven that opens a new frame; 0 opens one at every stamp [default: 0.1]
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", hide_short_help = true)]
     step: Option<f64>,
     /// Turn that opens a new frame [default: 10]
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", hide_short_help = true)]
     step_angle: Option<f64>,
     /// Paper's rule: points nearer than this are one point of the map [default: 0.2]
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", hide_short_help = true)]
     match_distance: Option<f64>,
     /// Any other key of the configuration, repeatable: triple.turn_tolerance=4
-    #[arg(long, value_name = "KEY=VALUE")]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set: Vec<String>,
 }
 
@@ -62,10 +64,10 @@ pub struct Selection {
     #[arg(long, value_name = "GLOB")]
     sensor: Vec<String>,
     /// Topics that carry ranges, repeatable [default: found by type]
-    #[arg(long, value_name = "GLOB")]
+    #[arg(long, value_name = "GLOB", hide_short_help = true)]
     range_topic: Vec<String>,
     /// Topic that carries odometry [default: found by type]
-    #[arg(long, value_name = "GLOB")]
+    #[arg(long, value_name = "GLOB", hide_short_help = true)]
     odom_topic: Vec<String>,
 }
 
@@ -237,7 +239,7 @@ impl Selection {
         let Some(path) = &self.config else {
             return Ok(String::new());
         };
-        std::fs::read_to_string(path).map_err(|source| Error::Read {
+        read_text(path).map_err(|source| Error::Read {
             path: path.clone(),
             source,
         })
@@ -260,6 +262,21 @@ fn as_toml(flags: &[Flag]) -> String {
         .collect()
 }
 
+/// A line of a configuration as one types it: the quotes of a text may be left out, which the shell would take.
+///
+/// # Errors
+/// Never; whether the line means anything is for the configuration to say.
+pub(super) fn assignment(line: &str) -> Result<String, Infallible> {
+    let bare = |(key, text): (&str, &str)| {
+        let value = Value::String(text.trim().to_owned());
+        format!("{} = {value}", key.trim())
+    };
+    Ok(match line.parse::<Table>() {
+        Ok(_) => line.to_owned(),
+        Err(_) => line.split_once('=').map_or_else(|| line.to_owned(), bare),
+    })
+}
+
 /// A value as one types it.
 fn typed(value: &Value) -> String {
     match value {
@@ -276,5 +293,29 @@ pub(super) fn quoted(word: &str) -> String {
         word.to_owned()
     } else {
         format!("'{}'", one_line(word).replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_needs_no_quotes() {
+        let Ok(line) = assignment("rule=paper");
+        assert_eq!(line, "rule = \"paper\"");
+        let Ok(line) = assignment("input.robot_frame = base/link 'a'");
+        assert_eq!(
+            line.parse::<Table>().unwrap()["input"]["robot_frame"].as_str(),
+            Some("base/link 'a'")
+        );
+        for line in [
+            "rule='paper'",
+            "triple.gamma=8",
+            "input.sonars=[\"a\"]",
+            "nonsense",
+        ] {
+            assert_eq!(assignment(line).unwrap(), line);
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::observer::{Observer, Setting};
 use crate::core::replay::Replay;
@@ -51,14 +52,15 @@ pub struct Args {
         short,
         long = "output",
         value_name = "FILE.rrd",
+        value_parser = ending_in("rrd"),
         conflicts_with = "no_recording"
     )]
     output: Option<PathBuf>,
     /// Write the extracted features and the map here
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", value_parser = ending_in("json"))]
     features: Option<PathBuf>,
     /// Write a line per arc here: its pose, angles and label, and why
-    #[arg(long, value_name = "FILE.jsonl")]
+    #[arg(long, value_name = "FILE.jsonl", value_parser = ending_in("jsonl"))]
     trace: Option<PathBuf>,
     /// Write the path that was used here, a pose per odometry sample: as TUM, or as nav_msgs/Odometry
     /// where the name ends in .mcap

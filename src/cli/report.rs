@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::replay::Replay;
 use crate::io::log;
@@ -30,7 +31,7 @@ pub struct Args {
     /// The MCAP log
     log: PathBuf,
     /// Write the page here; `-` is standard output
-    #[arg(short, long = "output", value_name = "FILE.html")]
+    #[arg(short, long = "output", value_name = "FILE.html", value_parser = ending_in("html"))]
     output: PathBuf,
     #[command(flatten)]
     parameters: Parameters,

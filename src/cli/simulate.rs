@@ -1,14 +1,15 @@
 //! `tmam simulate`
 
-use std::fs;
 use std::io::{Cursor, Write as _};
 use std::path::PathBuf;
 
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::world::{World, WorldError};
 use crate::io::output::Output;
 use crate::io::outputs::refuse_collisions;
+use crate::io::text_file::read_text;
 use crate::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, SimulateError, Simulation,
     Stepwise,
@@ -30,7 +31,7 @@ use crate::tools::simulate::{
 )]
 pub struct Args {
     /// Where the log goes; - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE.mcap", value_parser = ending_in("mcap"))]
     output: PathBuf,
 
     /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...], "diffuse":
@@ -241,5 +242,5 @@ pub(super) fn world_file(path: &str) -> Result<WorldFile, WorldError> {
 
 /// Reads a world that a flag names.
 pub(super) fn read_world(path: &str) -> Result<World, WorldError> {
-    World::from_json(&fs::read_to_string(path)?)
+    World::from_json(&read_text(path)?)
 }

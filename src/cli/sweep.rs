@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::parameters::Selection;
 use super::simulate::read_world;
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::world::World;
 use crate::io::output::{Output, is_stdout, show};
@@ -43,13 +44,13 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 20, conflicts_with = "json")]
     rows: usize,
     /// Write every cell here, - for standard output
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", value_parser = ending_in("csv"))]
     csv: Option<PathBuf>,
     /// Tell it in JSON (tmam.sweep/1)
     #[arg(long)]
     json: bool,
     /// Write the grid as pictures for the Rerun viewer here
-    #[arg(short, long = "output", value_name = "FILE.rrd")]
+    #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
     /// The world in JSON, to hold cells against [default: the truth in the log, if there is one]
     #[arg(long, value_name = "WORLD.json", value_parser = read_world)]

@@ -1,8 +1,10 @@
 //! Files that appear under their name only once they are whole.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, BufWriter, Stdout, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -36,7 +38,39 @@ enum Sink {
     File {
         file: BufWriter<NamedTempFile>,
         target: PathBuf,
+        _listed: Listed,
     },
+}
+
+/// The files that are being written, under their temporary names.
+static BEING_WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// A place in the list, for as long as the file is being written.
+#[derive(Debug)]
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(file: &NamedTempFile) -> Self {
+        let path = file.path().to_owned();
+        let mut list = BEING_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+        list.insert(path.clone());
+        Self(path)
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        let mut list = BEING_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+        list.remove(&self.0);
+    }
+}
+
+/// Removes what is being written: the process is about to end.
+pub fn remove_unfinished() {
+    let list = BEING_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in list.iter() {
+        let _ = fs::remove_file(path);
+    }
 }
 
 impl Output {
@@ -225,21 +259,30 @@ fn open(path: &Path) -> io::Result<Sink> {
                     directory.display()
                 ),
             ),
-            kind => kind.into(),
+            kind => {
+                let said = error.to_string();
+                let said = said.split(" at path ").next().unwrap_or_default();
+                io::Error::new(kind, said)
+            }
         })?;
     // A file that is replaced stays open to those to whom it was.
     if let Ok(replaced) = fs::metadata(&target) {
         named.as_file().set_permissions(replaced.permissions())?;
     }
+    let listed = Listed::new(&named);
     let file = BufWriter::new(named);
-    Ok(Sink::File { file, target })
+    Ok(Sink::File {
+        file,
+        target,
+        _listed: listed,
+    })
 }
 
 fn commit(sink: Sink) -> io::Result<()> {
     match sink {
         Sink::Stdout(mut stream) => unless_gone(stream.flush(), ()),
         Sink::Stream(mut stream) => stream.flush(),
-        Sink::File { file, target } => {
+        Sink::File { file, target, .. } => {
             let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
             file.persist(target)?;
             Ok(())

@@ -8,16 +8,16 @@ use crate::support::{Bench, sample};
 fn no_output_takes_the_place_of_an_input() {
     let bench = Bench::new();
     let log = sample("room_step.mcap");
-    let config = bench.put("tmam.toml", "rule = \"noise-aware\"\n");
+    let config = bench.put("settings", "rule = \"noise-aware\"\n");
     let world = fs::read(sample("office.world.json")).unwrap();
-    bench.put("world.json", &world);
+    bench.put("world", &world);
     for command in [
-        "replay {} --config tmam.toml --features tmam.toml",
-        "replay {} --config tmam.toml -o ./tmam.toml",
-        "report {} --config tmam.toml -o tmam.toml",
-        "sweep {} --config tmam.toml --gamma 8,10 --csv tmam.toml",
-        "evaluate {} --truth world.json -o world.json",
-        "simulate -o world.json --world world.json --waypoints '1,1 2,1'",
+        "replay {} --config settings --features settings",
+        "replay {} --config settings -o ./settings",
+        "report {} --config settings -o settings",
+        "sweep {} --config settings --gamma 8,10 --csv settings",
+        "evaluate {} --truth world -o world",
+        "simulate -o world --world world --waypoints '1,1 2,1'",
     ] {
         let log = log.display().to_string();
         let run = bench.sh(&format!("tmam {}", command.replace("{}", &log)));
@@ -27,7 +27,7 @@ fn no_output_takes_the_place_of_an_input() {
             fs::read_to_string(&config).unwrap(),
             "rule = \"noise-aware\"\n"
         );
-        assert_eq!(bench.bytes("world.json"), world);
+        assert_eq!(bench.bytes("world"), world);
     }
     assert_eq!(bench.files().len(), 2, "{:?}", bench.files());
 }
@@ -53,4 +53,85 @@ fn a_full_output_is_an_error_and_leaves_none_of_the_others() {
     let run = bench.tmam(&log, "replay {} -o run.rrd --features /dev/full");
     assert_eq!(run.code, 2, "{}", run.stderr);
     assert!(bench.files().is_empty(), "{:?}", bench.files());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+
+    let bench = Bench::new();
+    let log = sample("room_step.mcap");
+    for signal in ["INT", "TERM", "HUP"] {
+        // Nobody reads the trace, so the run waits with its recording begun.
+        let fifo = bench.path("trace.jsonl");
+        assert!(
+            Command::new("mkfifo")
+                .arg(&fifo)
+                .status()
+                .unwrap()
+                .success()
+        );
+        let mut run = Command::new(assert_cmd::cargo::cargo_bin("tmam"))
+            .args(["replay", "-q", "-o", "run.rrd", "--trace", "trace.jsonl"])
+            .arg(&log)
+            .current_dir(bench.path(""))
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let since = Instant::now();
+        while bench.files().len() < 2 && since.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert_eq!(bench.files().len(), 2, "{:?}", bench.files());
+        let id = run.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args(["-s", signal, &id])
+                .status()
+                .unwrap()
+                .success()
+        );
+        let status = run.wait().unwrap();
+        assert!(status.signal().is_some(), "{status}");
+        fs::remove_file(&fifo).unwrap();
+        assert!(bench.files().is_empty(), "{signal}: {:?}", bench.files());
+    }
+}
+
+#[test]
+fn an_output_is_called_what_it_is() {
+    let bench = Bench::new();
+    let log = sample("room_step.mcap").display().to_string();
+    for command in [
+        "replay {} -o out.mcap",
+        "replay {} --features out.rrd",
+        "replay {} --trace out.json",
+        "evaluate {} -o out.json",
+        "report {} -o out.rrd",
+        "simulate -o out.rrd",
+    ] {
+        let run = bench.sh(&format!("tmam {}", command.replace("{}", &log)));
+        assert_eq!(run.code, 2, "{command}: {}{}", run.stdout, run.stderr);
+        assert!(run.stderr.contains("its name ends in"), "{}", run.stderr);
+    }
+    assert!(bench.files().is_empty(), "{:?}", bench.files());
+}
+
+#[test]
+#[cfg_attr(not(feature = "terminal"), ignore = "needs the feature terminal")]
+fn completions_and_man_pages_are_made() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let run = bench.sh(&format!("tmam completions {shell}"));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(run.stdout.contains("no-causes"), "{shell}");
+    }
+    let run = bench.sh("tmam man -o man1");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let page = String::from_utf8(bench.bytes("man1/tmam-replay.1")).unwrap();
+    assert!(page.contains("tmam\\-replay"), "{page}");
+    assert!(page.contains("\\-\\-match\\-distance"), "{page}");
 }

@@ -321,14 +321,28 @@ fn simulate_and_config() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "color"),
-    ignore = "clap wraps lines with the feature color only"
+    not(feature = "terminal"),
+    ignore = "clap wraps lines with the feature terminal only"
 )]
 fn help() {
     let commands = [
-        "", "replay", "info", "evaluate", "explain", "check", "diff", "sweep", "simulate", "config",
+        "--help",
+        "replay --help",
+        "replay --help-all",
+        "info --help",
+        "evaluate --help",
+        "explain --help",
+        "calibrate --help",
+        "check --help",
+        "diff --help",
+        "report --help",
+        "sweep --help",
+        "simulate --help",
+        "config --help",
+        "completions --help",
+        "man --help",
     ];
-    let commands = commands.map(|command| format!("tmam {command} --help"));
+    let commands = commands.map(|command| format!("tmam {command}"));
     session(
         &Bench::new(),
         "help",

@@ -1,0 +1,27 @@
+//! Ctrl-C, and being told to stop: what is half written does not stay.
+
+use std::io;
+use std::thread;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level::emulate_default_handler;
+
+use crate::io::output::remove_unfinished;
+
+/// From now on the process removes its unfinished outputs before it ends by one of these signals.
+///
+/// # Errors
+/// When the system refuses the handler.
+pub fn clean_up() -> io::Result<()> {
+    let mut signals = Signals::new([SIGHUP, SIGINT, SIGTERM])?;
+    thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(move || {
+            for signal in signals.forever() {
+                remove_unfinished();
+                let _ = emulate_default_handler(signal);
+            }
+        })?;
+    Ok(())
+}
