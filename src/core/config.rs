@@ -100,9 +100,9 @@ pub struct Input {
     /// All samples where not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub odometry_track: Option<u8>,
-    /// Take the odometry's jumps out: behind each the robot goes on as it drove before.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub drop_jumps: bool,
+    /// What becomes of the odometry's jumps; they stay where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_jumps: Option<Jumps>,
     /// Leave out readings that merely repeat a sonar's last value while the robot moved.
     pub drop_repeats: bool,
     /// Use messages that only the data section's checksum covers where that does not agree: any of
@@ -122,6 +122,18 @@ pub struct Input {
     pub odometry_scale: f64,
     /// What turns of odometry are multiplied with.
     pub odometry_turn_scale: f64,
+}
+
+/// What becomes of jumps in the odometry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Jumps {
+    /// They are how the robot moved.
+    Keep,
+    /// Behind each the robot goes on as it drove before: a node or a gyro was set anew.
+    TakeOut,
+    /// Each is laid over the time since the one before: a localisation corrected its drift.
+    Spread,
 }
 
 /// What is taken for the stamps of readings.

@@ -97,7 +97,7 @@ impl Default for Input {
             world_frame: None,
             mounts_from: None,
             odometry_track: None,
-            drop_jumps: false,
+            odometry_jumps: None,
             drop_repeats: false,
             trust_unchecked: false,
             max_readings: 2_000_000,

@@ -66,7 +66,7 @@ pub const KEYS: &[Key] = &[
     key("input.world_frame", Plain, Any, "frame the odometry is in, where there are several"),
     key("input.mounts_from", Plain, Any, "another log that has the mounts: the first part of a split recording"),
     key("input.odometry_track", Plain, Between(0.0, 3.0), "1 or 2, of two tracks that alternate on the odometry's topic; default: all samples"),
-    key("input.drop_jumps", Plain, Any, "take the odometry's jumps out: it goes on as it drove before them"),
+    key("input.odometry_jumps", Plain, Any, "\"keep\" (default), \"take-out\": it goes on as it drove, or \"spread\": corrections of drift"),
     key("input.drop_repeats", Plain, Any, "leave out readings that repeat the last one while driving"),
     key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
     key("input.max_readings", Plain, AtLeast(1.0), "readings and odometry samples held, 60 bytes each"),

@@ -7,7 +7,7 @@ use super::channels::ChannelReport;
 use super::container::Loss;
 use super::error::LogError;
 use super::gather::Gatherer;
-use super::leaps::take_out_jumps;
+use super::leaps::{spread_jumps, take_out_jumps};
 use super::message::Role;
 use super::namespaces::{Frames, is_in};
 use super::odometry::{Chosen, Circumstances, Odometry};
@@ -17,8 +17,8 @@ use super::tracks::one_track;
 use super::traits::Traits;
 use super::{channels as found, hits, repeats};
 use crate::core::calibrate::change::Change;
-use crate::core::config::Config;
 use crate::core::config::channel::of_topic;
+use crate::core::config::{Config, Jumps};
 use crate::core::event::Events;
 use crate::core::legible::one_line;
 use crate::core::log::Log;
@@ -177,9 +177,13 @@ fn put_together(
         .collect();
     let clock_set = stamps::jump(&ranges, &odometry.clock)
         .or_else(|| stamps::returned(&ranges, &odometry.clock));
-    if config.input.drop_jumps {
+    if let Some(jumps) = config.input.odometry_jumps {
         let twice = clock_set.as_ref().map_or(&[][..], |set| &set.twice);
-        take_out_jumps(&mut samples, twice);
+        match jumps {
+            Jumps::Keep => {}
+            Jumps::TakeOut => take_out_jumps(&mut samples, twice),
+            Jumps::Spread => spread_jumps(&mut samples, twice),
+        }
         odometry.traits.forget_speeds();
     }
     let mut time_notes: Vec<String> = clock_set.iter().map(ClockSet::text).collect();

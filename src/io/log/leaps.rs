@@ -159,6 +159,41 @@ pub fn take_out_jumps(samples: &mut [OdometrySample], twice: &[(i64, i64)]) {
     }
 }
 
+/// Lays each jump among samples in stamp order over the time since the one before: what corrects a drift is due to
+/// all of the way.
+pub fn spread_jumps(samples: &mut [OdometrySample], twice: &[(i64, i64)]) {
+    let mut smooth = samples.to_vec();
+    take_out_jumps(&mut smooth, twice);
+    let jumps = jumps(samples, twice);
+    let behind: BTreeSet<i64> = jumps.iter().map(|jump| jump.to.stamp_ns).collect();
+    let is_first = |sample: &OdometrySample| behind.contains(&sample.stamp_ns);
+    let mut rest = samples;
+    let mut smooth = smooth.as_slice();
+    while let Some(end) = rest.iter().skip(1).position(is_first).map(|at| at + 1)
+        && let Some((part, next)) = std::mem::take(&mut rest).split_at_mut_checked(end)
+        && let (Some(first), Some(to)) = (part.first().copied(), next.first().copied())
+        && let (Some(from), Some(on)) = (smooth.first(), smooth.get(end))
+    {
+        // Where the robot would be without the jump.
+        let on = from
+            .world_from_robot
+            .inverse()
+            .compose(&on.world_from_robot);
+        let on = first.world_from_robot.compose(&on);
+        let off = to.world_from_robot.position() - on.position();
+        let turn = wrap_angle(to.world_from_robot.yaw - on.yaw);
+        let whole = seconds(first.stamp_ns, to.stamp_ns);
+        for sample in part {
+            let share = seconds(first.stamp_ns, sample.stamp_ns) / whole;
+            let pose = sample.world_from_robot;
+            let at = pose.position() + off * share;
+            sample.world_from_robot = Pose2::new(at.x, at.y, wrap_angle(pose.yaw + turn * share));
+        }
+        rest = next;
+        smooth = smooth.get(end..).unwrap_or_default();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -200,6 +235,23 @@ mod tests {
         let [way, turn] = found[0].excess;
         assert!((way - 0.12).abs() < 0.01 && turn < 1e-9, "{way} {turn}");
         assert!((found[1].excess[1] - 0.7).abs() < 1e-9);
+    }
+
+    #[test]
+    fn corrections_of_a_drift_are_spread_over_the_time_before() {
+        let right = drive(&[]);
+        let mut drifting = right.clone();
+        for (k, sample) in drifting.iter_mut().enumerate() {
+            let drift = (k % 50) as f64 / 50.0;
+            sample.world_from_robot.x += 0.12 * drift;
+            sample.world_from_robot.yaw = wrap_angle(sample.world_from_robot.yaw + 0.05 * drift);
+        }
+        spread_jumps(&mut drifting, &[]);
+        for (mended, right) in drifting.iter().zip(right).take(250) {
+            let [a, b] = [mended.world_from_robot, right.world_from_robot];
+            assert!((a.position() - b.position()).norm() < 0.01);
+            assert!(wrap_angle(a.yaw - b.yaw).abs() < 0.003);
+        }
     }
 
     #[test]

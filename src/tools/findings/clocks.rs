@@ -71,7 +71,7 @@ fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
         "coarse-stamps",
         format!(
             "the ranges are stamped in whole steps of {step} s, and recorded up to {:.2} s later",
-            ranges.channel.delay_spread
+            ranges.channel.extreme_delay.unwrap_or_default().abs()
         ),
         "readings meet the pose of the last full step, and walls come in stairs",
         format!("let the driver stamp to the nanosecond; for this log {BY_RECORDING}{tried}"),
@@ -149,8 +149,13 @@ fn other(ranges: &Clock<'_>) -> Option<Finding> {
             Weight::Notable,
             "other-clock",
             format!(
-                "stamps lie {:.0} s before the time of recording",
-                ranges.delay
+                "stamps lie {:.0} s {} the time of recording",
+                ranges.delay.abs(),
+                if ranges.delay > 0.0 {
+                    "before"
+                } else {
+                    "behind"
+                }
             ),
             "none, if ranges and odometry share the clock: stamps count",
             "",

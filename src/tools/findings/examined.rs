@@ -1,10 +1,12 @@
 //! What the checks look at, and how advice is tried before it is given.
 
 use super::facts::Facts;
+use super::sonars::SonarFacts;
 use super::trial::{Attempt, Explained};
 use crate::core::config::Config;
 use crate::io::config::file::overridden;
 use crate::io::log::survey::Survey;
+use crate::io::log::traits::MountTraits;
 
 /// What the checks look at.
 pub struct Examined<'a> {
@@ -15,6 +17,13 @@ pub struct Examined<'a> {
 }
 
 impl Examined<'_> {
+    /// The sonars with what their messages and mounts say besides.
+    pub fn sonars(&self) -> impl Iterator<Item = (&SonarFacts, &MountTraits)> {
+        let mounts = &self.survey.traits.mounts;
+        let sonars = self.facts.sonars.iter();
+        sonars.filter_map(|sonar| Some((sonar, mounts.get(sonar.id.index())?)))
+    }
+
     /// What a replay of the log as it is explains; `None` where there was none.
     pub fn explained(&self) -> Option<Explained> {
         self.facts.replay.outcome.as_ref().map(Explained::new)

@@ -12,8 +12,6 @@ use crate::io::log::leaps::{jumps, window};
 /// So many jumps are corrections that come again and again.
 const SEVERAL: usize = 3;
 
-const KEY: &str = "input.drop_jumps = true";
-
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
     found(of).into_iter().collect()
 }
@@ -40,7 +38,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let when = if again {
         let apart = seconds(first.from.stamp_ns, last.from.stamp_ns) / (jumps.len() - 1) as f64;
         format!(
-            "the first at {} s, then every {apart:.1} s",
+            "the first at {} s, then every {apart:.1} s on average",
             fixed(at(first.from.stamp_ns), 1)
         )
     } else {
@@ -58,6 +56,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             at(first.to.stamp_ns)
         )
     };
+    let keys = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
     Some(Finding::new(
         Weight::Serious,
         "odometry-jump",
@@ -68,8 +67,8 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             largest(1).to_degrees()
         ),
         "the map before and after it does not fit together, and walls are drawn twice",
-        match of.tried(KEY) {
-            Some(tried) => format!("set {KEY}, which takes them out{tried}; or {advice}"),
+        match of.best(&keys) {
+            Some((key, tried)) => format!("set {key}{tried}; or {advice}"),
             None => advice,
         },
     ))
