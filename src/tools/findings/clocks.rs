@@ -66,12 +66,13 @@ fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
     };
     let step = COARSE.into_iter().find(is_on)?;
     let tried = of.tried(BY_RECORDING).unwrap_or_default();
+    let delays = used(of.facts, "range").filter_map(|channel| channel.extreme_delay);
     Some(Finding::new(
         Weight::Serious,
         "coarse-stamps",
         format!(
             "the ranges are stamped in whole steps of {step} s, and recorded up to {:.2} s later",
-            ranges.channel.extreme_delay.unwrap_or_default().abs()
+            delays.fold(0.0, f64::max)
         ),
         "readings meet the pose of the last full step, and walls come in stairs",
         format!("let the driver stamp to the nanosecond; for this log {BY_RECORDING}{tried}"),

@@ -15,7 +15,7 @@ const MANY: f64 = 0.25;
 const ENOUGH_ECHOES: u64 = 20;
 
 /// ... which is no chance for a sonar with a fine raster from this share on ...
-const REPEATS: f64 = 0.05;
+const REPEATS: f64 = 0.1;
 
 /// ... and for one with a coarse raster, which sees a wall beside it as the same for long, from this on.
 const QUANTISED_REPEATS: f64 = 0.5;

@@ -17,7 +17,7 @@ const DUST: f64 = 2e-6;
 /// Steps finer than this are no steps, metres.
 const FINEST_STEP: f64 = 1e-4;
 /// No driver publishes an echo more often.
-const LONGEST_RUN: usize = 8;
+const LONGEST_RUN: usize = 6;
 /// So many different ranges are needed to speak of a common step.
 const ENOUGH: usize = 8;
 /// A difference may miss a multiple of the step by this fraction of it.

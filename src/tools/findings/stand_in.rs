@@ -18,7 +18,7 @@ const TIMES: f64 = 6.0;
 
 /// A value that stands for no echo.
 #[derive(Clone, Copy)]
-enum StandIn {
+pub enum StandIn {
     /// Nothing is nearer.
     Nearest(f64),
     /// Nothing is farther; the smallest of its values.
@@ -86,7 +86,7 @@ fn thousandths(metres: f64) -> f64 {
 }
 
 /// A spike at the end of a sonar's histogram, and how many echoes are in it.
-fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, usize)> {
+pub fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, usize)> {
     let of_sonar = readings.iter().filter(|reading| reading.sonar == sonar.id);
     let echoes = of_sonar.filter(|reading| reading.classify() == Return::Echo);
     let mut ranges: Vec<f64> = echoes.map(|reading| reading.range).collect();
