@@ -67,7 +67,7 @@ pub fn written(files: &[PathBuf]) -> String {
         if path.extension().is_some_and(|extension| extension == "rrd") {
             let _ = writeln!(
                 text,
-                "open with  rerun {shown}    (viewer {VERSION}: pip install rerun-sdk=={VERSION})"
+                "open with  rerun {shown}    (viewer {VERSION} or newer: pip install rerun-sdk)"
             );
         }
     }
