@@ -62,7 +62,12 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             (*value, format!("sonars.max_range = {}", thousandths(below)))
         }
     };
-    let tried = of.tried(&key).unwrap_or_default();
+    let tried = of.tried(&key);
+    // A wall beside the way is as far all along it where there is no noise: a map without it explains less.
+    if tried.is_none() && matches!(first, StandIn::Farthest(_)) && of.explained().is_some() {
+        return None;
+    }
+    let tried = tried.unwrap_or_default();
     Some(Finding::new(
         Weight::Serious,
         "stand-in",
