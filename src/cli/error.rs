@@ -48,6 +48,12 @@ pub enum Error {
         /// What is wrong with it.
         source: ConfigError,
     },
+    /// A `--needs` flag.
+    #[error("--needs takes KEY=VALUE: {source}")]
+    Needs {
+        /// What is wrong with it.
+        source: ConfigError,
+    },
     /// A sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),

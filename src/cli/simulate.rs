@@ -3,16 +3,18 @@
 use std::io::{Cursor, Write as _};
 use std::path::PathBuf;
 
+use super::parameters::assignment;
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::world::{World, WorldError};
+use crate::io::config::file::{check, parse_layers};
 use crate::io::output::Output;
 use crate::io::outputs::refuse_collisions;
 use crate::io::text_file::read_text;
 use crate::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, SimulateError, Simulation,
-    Stepwise,
+    Stepwise, Untold,
 };
 
 /// Simulate a robot with a sonar ring and write a ROS 2 MCAP log with the truth in it
@@ -27,6 +29,8 @@ use crate::tools::simulate::{
   tmam simulate -o room.mcap                       the paper's room in 150 steps, without noise
   tmam simulate -o room.mcap --drive --noise 0.003
   tmam simulate -o rough.mcap --drive --noise 0.003 --diffuse 0.3 --cross-talk 0.05
+  tmam simulate -o turned.mcap --drive --noise 0.003 --needs sonar.sonar_04.yaw=93
+  tmam simulate -o late.mcap --drive --noise 0.003 --needs input.range_delay=0.1
   tmam simulate -o hall.mcap --world hall.json --waypoints \"0,0 5,0 5,3 0,0\" --sonars 8"
 )]
 pub struct Args {
@@ -159,6 +163,15 @@ pub struct Args {
     )]
     turn_noise: f64,
 
+    /// A key of the configuration that the log will need to be right, repeatable: the robot is as it says, and
+    /// the log says what it would without
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment, help_heading = "Faults")]
+    needs: Vec<String>,
+
+    /// A sonar that never gives an echo, repeatable
+    #[arg(long, value_name = "NAME", help_heading = "Faults")]
+    silent: Vec<String>,
+
     /// Chooses the noise: equal seeds give equal noise
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Noise")]
     seed: u64,
@@ -170,7 +183,14 @@ impl Args {
         let inputs: Vec<_> = self.world.iter().map(|file| file.path.as_path()).collect();
         refuse_collisions(&inputs, &[Some(&path)])?;
         Output::try_out(&path)?;
-        let log = Simulation::try_from(self)?.write(Cursor::new(Vec::new()))?;
+        let layers: Vec<&str> = self.needs.iter().map(String::as_str).collect();
+        let needed = parse_layers(&layers).map_err(|source| Error::Needs { source })?;
+        check(&needed).map_err(|source| Error::Needs { source })?;
+        let simulation = Simulation {
+            untold: Untold(needed),
+            ..Simulation::try_from(self)?
+        };
+        let log = simulation.write(Cursor::new(Vec::new()))?;
         Output::whole(&path, |out| out.write_all(log.get_ref()))?;
         Ok(Exit::Done)
     }
@@ -221,6 +241,8 @@ impl TryFrom<Args> for Simulation {
                 heading: args.heading_noise.to_radians(),
                 turn: args.turn_noise.to_radians(),
             },
+            untold: Untold::default(),
+            silent: args.silent,
             seed: args.seed,
         })
     }

@@ -273,6 +273,8 @@ pub struct NoiseAwareOptions {
     pub gather: bool,
     /// After that, walls and the corners in which they meet are estimated together.
     pub join_corners: bool,
+    /// Rough walls seen at an angle support walls of the map, and extend them.
+    pub oblique_walls: bool,
 }
 
 /// An axis of a sonar's frame.
@@ -361,6 +363,7 @@ impl NoiseAwareOptions {
         end_at_corners: false,
         gather: false,
         join_corners: false,
+        oblique_walls: false,
     };
 }
 

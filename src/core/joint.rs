@@ -52,9 +52,10 @@ const AT_FIRST: Drift = Drift {
     turn: 0.017,
 };
 
-/// Corrected poses must make the ranges likelier by so much in the logarithm: a random walk that is none
-/// does by more in one log of twenty (chi2 with three degrees of freedom, halved).
-const DECISIVE: f64 = 3.9;
+/// Corrected poses must make the ranges likelier by so much in the logarithm. Of exact poses one log in twenty
+/// does more: a noise cannot be less than none, so twice the gain is a mixture of chi2 with none to three
+/// degrees of freedom (chi-bar-square).
+const DECISIVE: f64 = 2.7;
 
 /// A map that explains a smaller share of the arcs does not say where the robot was.
 const LEAST_EXPLAINED: f64 = 0.3;
@@ -201,7 +202,7 @@ struct Settled {
 /// Where odometry is to be kept, and why.
 pub fn estimate(
     evidence: &Evidence,
-    extractions: &[Extraction],
+    extractions: &[&Extraction],
     map: &[MapFeature],
     start: Option<&JointEstimate>,
     config: &Config,

@@ -24,14 +24,29 @@ use crate::core::pattern::glob_set;
 use crate::core::tmam::Tmam;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::MapFeature;
+use crate::core::tmam::map::rough::{self, RoughWall};
 use crate::core::tmam::prediction::{MapPrediction, Reach};
-use crate::core::tmam::step::Extraction;
+use crate::core::tmam::step::{Extraction, Step};
 
 /// Replays from which poses are estimated, at most; the one that is shown has the poses of the last.
 const MOST_PASSES: usize = 3;
 
 /// A path that moves by less is settled, metres.
 const SETTLED: f64 = 1e-3;
+
+/// A replay that nobody sees: each frame's step, the last one, and the map.
+struct Pass {
+    steps: Vec<Step>,
+    last: Step,
+    map: Vec<MapFeature>,
+}
+
+/// What became of the poses, and the replay at these, where there was one on the way to them.
+#[derive(Default)]
+struct SettledPoses {
+    found: Option<Result<JointEstimate, OdometryKept>>,
+    replayed: Option<Pass>,
+}
 
 /// A log made ready.
 #[derive(Debug)]
@@ -174,29 +189,54 @@ impl<'a> Replay<'a> {
         if self.frames.is_empty() {
             return Err(self.no_frames());
         }
-        let poses = self.poses();
-        let joint = poses.as_ref().and_then(|found| found.as_ref().ok());
-        let frames = self.frames_at(joint.map(|joint| &joint.path));
-        let mut tmam = Tmam::new(&self.config);
+        let SettledPoses {
+            found: mut poses,
+            replayed,
+        } = self.poses();
+        let path = poses
+            .as_ref()
+            .and_then(|found| Some(&found.as_ref().ok()?.path));
+        let frames = self.frames_at(path);
         let mut predicting = match self.config.rule {
             Rule::NoiseAware => None,
             Rule::Paper => Some(Tmam::new(&self.noise_aware())),
         };
         let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &frames);
-        for frame in frames.iter() {
-            let step = tmam.step(frame);
+        let mut show = |frame: &Frame, step: &Step| {
             if let Some(beside) = &mut predicting {
                 beside.step(frame);
             }
-            outcome.take(&step);
-            for observer in &mut *observers {
-                observer.frame(frame, &step)?;
+            outcome.take(step);
+            let mut observers = observers.iter_mut();
+            observers.try_for_each(|observer| observer.frame(frame, step))
+        };
+        let (mut step, features) = match replayed {
+            Some(Pass { steps, last, map }) => {
+                for (frame, step) in frames.iter().zip(steps) {
+                    show(frame, &step)?;
+                }
+                (last, map)
             }
-        }
-        let mut step = tmam.finish();
+            None => {
+                let mut tmam = Tmam::new(&self.config);
+                for frame in frames.iter() {
+                    show(frame, &tmam.step(frame))?;
+                }
+                (tmam.finish(), tmam.map().features().to_vec())
+            }
+        };
         if let Some(beside) = &mut predicting {
             beside.finish();
         }
+        if let Some(Ok(joint)) = &mut poses
+            && self.config.noise_aware.oblique_walls
+        {
+            let rough = RoughWall::all(&step.reports, &joint.features, &self.config);
+            for map in [&mut joint.features, &mut joint.features_given_path] {
+                *map = rough::extended(map, &rough, self.config.map.max_wall_gap);
+            }
+        }
+        let joint = poses.as_ref().and_then(|found| found.as_ref().ok());
         if let Some(joint) = joint {
             step.absorbed.extend(&joint.absorbed);
             step.settled.extend(&joint.features);
@@ -204,7 +244,7 @@ impl<'a> Replay<'a> {
         }
         let map = match joint {
             Some(joint) => joint.features_given_path.as_slice(),
-            None => predicting.as_ref().unwrap_or(&tmam).map().features(),
+            None => (predicting.as_ref()).map_or(&*features, |beside| beside.map().features()),
         };
         step.predicting.extend(map);
         let reach = Reach::of(self.config.map.max_wall_gap);
@@ -215,7 +255,7 @@ impl<'a> Replay<'a> {
         for observer in observers {
             observer.finish(&step)?;
         }
-        outcome.end(step, tmam.map().features(), prediction, poses);
+        outcome.end(step, &features, prediction, poses);
         Ok(outcome)
     }
 
@@ -239,38 +279,48 @@ impl<'a> Replay<'a> {
             .collect()
     }
 
-    /// Poses and features estimated together, from replays at ever better poses; `None` where the poses
+    /// Poses and features estimated together, from replays at ever better poses; nothing where the poses
     /// are to be those of odometry.
-    fn poses(&self) -> Option<Result<JointEstimate, OdometryKept>> {
+    fn poses(&self) -> SettledPoses {
         if (self.config.rule, self.config.poses) != (Rule::NoiseAware, Poses::Joint) {
-            return None;
+            return SettledPoses::default();
         }
         let mut before: Option<JointEstimate> = None;
-        for pass in 1.. {
-            let mut tmam = Tmam::new(&self.config);
-            let mut extractions = Vec::new();
-            for frame in self
-                .frames_at(before.as_ref().map(|joint| &joint.path))
-                .iter()
-            {
-                extractions.extend(tmam.step(frame).extractions);
-            }
-            extractions.extend(tmam.finish().extractions);
-            let found = self.estimate(&extractions, tmam.map().features(), before.as_ref());
-            let mut found = match found {
+        for number in 1.. {
+            let pass = self.pass(before.as_ref().map(|joint| &joint.path));
+            let mut found = match self.estimate(&pass, before.as_ref()) {
                 Ok(found) => found,
-                Err(kept) => return Some(Err(kept)),
+                Err(kept) => {
+                    return SettledPoses {
+                        found: Some(Err(kept)),
+                        replayed: before.is_none().then_some(pass),
+                    };
+                }
             };
             if let Some(before) = before
-                && (pass == MOST_PASSES || found.path.moved(&before.path) < SETTLED)
+                && (number == MOST_PASSES || found.path.moved(&before.path) < SETTLED)
             {
                 // The features are those of the replay at these poses.
                 found.path.world_from_robot = before.path.world_from_robot;
-                return Some(Ok(found));
+                return SettledPoses {
+                    found: Some(Ok(found)),
+                    replayed: Some(pass),
+                };
             }
             before = Some(found);
         }
-        None
+        SettledPoses::default()
+    }
+
+    /// A replay that nobody sees.
+    fn pass(&self, path: Option<&CorrectedPath>) -> Pass {
+        let mut tmam = Tmam::new(&self.config);
+        let frames = self.frames_at(path);
+        Pass {
+            steps: frames.iter().map(|frame| tmam.step(frame)).collect(),
+            last: tmam.finish(),
+            map: tmam.map().features().to_vec(),
+        }
     }
 
     fn frames_at(&self, path: Option<&CorrectedPath>) -> Cow<'_, [Frame]> {
@@ -282,8 +332,7 @@ impl<'a> Replay<'a> {
 
     fn estimate(
         &self,
-        extractions: &[Extraction],
-        map: &[MapFeature],
+        pass: &Pass,
         start: Option<&JointEstimate>,
     ) -> Result<JointEstimate, OdometryKept> {
         let of = |frame: &Frame, entry| Arc::of_entry(frame.index, entry, &self.config.noise);
@@ -294,7 +343,9 @@ impl<'a> Replay<'a> {
             frames: &self.frames,
             arcs: &arcs,
         };
-        joint::estimate(&evidence, extractions, map, start, &self.config)
+        let steps = pass.steps.iter().chain([&pass.last]);
+        let extractions: Vec<&Extraction> = steps.flat_map(|step| &step.extractions).collect();
+        joint::estimate(&evidence, &extractions, &pass.map, start, &self.config)
     }
 
     /// The rule whose map predicts what should have echoed, whichever rule labels.

@@ -33,6 +33,7 @@ use fit::Fit;
 use hearing::Hearing;
 use hypothesis::{Gate, HypothesisTest};
 use map::Map;
+use map::rough::RoughWall;
 use rule::Policies;
 use run::Run;
 use step::{Extraction, Step};
@@ -99,7 +100,13 @@ impl Tmam {
         let arcs: Vec<Arc> = step.reports.iter().map(|report| report.arc).collect();
         let hearings = Hearing::of_sonars(&step.reports, &[]).into_iter();
         let hardly = hearings.filter(|(_, hearing)| hearing.is_hardly_explained());
-        step.settled = (self.map).settle(&arcs, &hardly.map(|(sonar, _)| sonar).collect());
+        let hardly = hardly.map(|(sonar, _)| sonar).collect();
+        let rough = if self.config.departures().oblique_walls {
+            RoughWall::all(&step.reports, self.map.features(), &self.config)
+        } else {
+            Vec::new()
+        };
+        step.settled = self.map.settle(&arcs, &hardly, &rough);
         step
     }
 

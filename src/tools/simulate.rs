@@ -12,6 +12,7 @@ mod noise;
 mod path;
 mod random;
 mod ring;
+mod untold;
 
 use std::io::{Seek, Write};
 
@@ -30,6 +31,7 @@ pub use noise::{OdometryNoise, RangeNoise};
 pub use path::Path;
 use random::Random;
 pub use ring::Ring;
+pub use untold::Untold;
 
 /// When every simulated log starts: 2015-01-01T00:00:00Z, nanoseconds.
 pub const START_NS: i64 = 1_420_070_400_000_000_000;
@@ -53,6 +55,10 @@ pub struct Simulation {
     pub false_echoes: FalseEchoes,
     /// What goes wrong with the odometry.
     pub odometry_noise: OdometryNoise,
+    /// What the log says otherwise than it is.
+    pub untold: Untold,
+    /// Sonars that give no echo, by name.
+    pub silent: Vec<String>,
     /// Chooses the noise; equal seeds give equal noise.
     pub seed: u64,
 }
@@ -65,24 +71,38 @@ impl Simulation {
         self.false_echoes.validate()?;
         self.odometry_noise.validate()?;
         let world = self.roughened()?;
-        let ticks = self.motion.schedule(&self.path, self.ring.sonars)?;
-        let mounts = self.ring.mounts();
+        let told = self.ring.mounts();
+        self.untold.validate(&told)?;
+        for name in &self.silent {
+            if !told.iter().any(|mount| mount.name == *name) {
+                return Err(SimulateError::NoSuchSonar(name.clone()));
+            }
+        }
+        let mut ticks = self.motion.schedule(&self.path, self.ring.sonars)?;
+        for tick in &mut ticks {
+            if matches!(tick.action, Action::Fire(_)) {
+                tick.after_ns = self.untold.stamp_after_ns(tick.after_ns);
+            }
+        }
+        ticks.sort_by_key(|tick| tick.after_ns);
+        let mounts = self.untold.mounts(&told);
 
         let mut log = LogWriter::new(output)?;
-        let mounted: Vec<_> = mounts.iter().map(ring::Mount::transform).collect();
+        let mounted: Vec<_> = told.iter().map(ring::Mount::transform).collect();
         log.static_transforms(START_NS, &mounted)?;
         log.world(START_NS, &world)?;
 
         let mut listener = Listener::new(self.false_echoes, &world, &self.ring, &mounts, self.seed);
         let mut sonar_noise = NoisySonar::new(self.range_noise, self.seed);
-        let mut odometry = DriftingOdometry::new(self.odometry_noise, self.seed);
+        let mut odometry =
+            DriftingOdometry::new(self.odometry_noise, self.untold.odometry(), self.seed);
         for tick in ticks {
             let stamp_ns = START_NS.saturating_add(tick.after_ns);
             match tick.action {
                 Action::Odometry(twist) => {
                     let odom_from_robot = odometry.sample(tick.world_from_robot);
                     log.odometry(stamp_ns, odom_from_robot, twist)?;
-                    if self.odometry_noise != OdometryNoise::default() {
+                    if odometry.drifts() {
                         log.true_pose(&PoseTruth::new(stamp_ns, tick.world_from_robot))?;
                     }
                 }
@@ -91,7 +111,8 @@ impl Simulation {
                         continue;
                     };
                     let heard = listener.hear(sonar, mount, tick.world_from_robot);
-                    let measured = sonar_noise.measure(heard.range, &self.ring);
+                    let heard_range = heard.range.filter(|_| !self.silent.contains(&mount.name));
+                    let measured = sonar_noise.measure(heard_range, &self.ring);
                     log.range(&self.message(stamp_ns, &mount.name, measured.range))?;
                     let truth =
                         ReadingTruth::new(stamp_ns, &mount.name, heard.echo, measured.outlier);
@@ -120,13 +141,14 @@ impl Simulation {
     }
 
     fn message<'a>(&self, stamp_ns: i64, sonar: &'a str, range: f32) -> RangeMessage<'a> {
+        let said = |distance: f32| self.untold.range(sonar, distance);
         RangeMessage {
             stamp_ns,
             sonar,
             field_of_view: self.ring.beam_width as f32,
-            min_range: self.ring.min_range as f32,
-            max_range: self.ring.max_range as f32,
-            range,
+            min_range: said(self.ring.min_range as f32),
+            max_range: said(self.ring.max_range as f32),
+            range: said(range),
             variance: self.range_noise.variance() as f32,
         }
     }

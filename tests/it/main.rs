@@ -31,6 +31,7 @@ mod reference;
 mod replay;
 mod report;
 mod room;
+mod rough;
 mod sample_logs;
 mod snapshots;
 mod study;

@@ -310,3 +310,86 @@ fn one_drive_gives_one_trace_as_ros_1_and_as_ros_2() {
     let ros1 = bench.put("ros1.mcap", ros1(&log));
     give_one_trace(&[log, ros1]);
 }
+
+#[test]
+fn a_log_that_needs_a_key_is_right_with_it_and_wrong_without() {
+    let bench = Bench::new();
+    let flags = "--drive --noise 0.003 --odometry-rate 10";
+    let replayed = |log: &str, flags: &str| {
+        let run = bench.sh(&format!(
+            "tmam replay {log} --poses odometry --no-causes -q --features f.json {flags}"
+        ));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        bench.json("f.json")
+    };
+    let map = |features: &serde_json::Value| -> Vec<(&'static str, Vec<f64>)> {
+        let of = |kind: &'static str| {
+            let all = features["map"][kind].as_array().unwrap().clone();
+            all.into_iter().map(move |feature| {
+                let keys = ["rho", "theta", "x", "y"].iter();
+                let numbers = keys.filter_map(|key| feature[key].as_f64());
+                (kind, numbers.collect())
+            })
+        };
+        of("lines").chain(of("points")).collect()
+    };
+    let made = bench.sh(&format!("tmam simulate -o plain.mcap {flags}"));
+    assert_eq!(made.code, 0, "{}", made.stderr);
+    let plain = map(&replayed("plain.mcap", ""));
+    for needs in [
+        "input.range_delay=0.1",
+        "input.range_clock_rate=0.01",
+        "input.odometry_scale=1.02",
+        "input.odometry_turn_scale=0.98",
+        "sonars.range_scale=1.05",
+        "sonars.range_offset=0.03",
+    ] {
+        let made = bench.sh(&format!(
+            "tmam simulate -o off.mcap {flags} --needs {needs}"
+        ));
+        assert_eq!(made.code, 0, "{}", made.stderr);
+        let mended = map(&replayed("off.mcap", &format!("--set {needs}")));
+        assert_eq!(mended.len(), plain.len(), "{needs}: {mended:?} {plain:?}");
+        for (is, was) in mended.iter().zip(&plain) {
+            assert_eq!(is.0, was.0, "{needs}");
+            for (is, was) in is.1.iter().zip(&was.1) {
+                assert!((is - was).abs() < 0.005, "{needs}: {mended:?} {plain:?}");
+            }
+        }
+        let off = map(&replayed("off.mcap", ""));
+        let same = off.len() == plain.len()
+            && off.iter().zip(&plain).all(|(is, was)| {
+                is.1.iter()
+                    .zip(&was.1)
+                    .all(|(is, was)| (is - was).abs() < 0.005)
+            });
+        assert!(!same, "{needs}: {off:?}");
+    }
+    // A mount and a dead sonar touch one sonar alone.
+    for (fault, key) in [
+        (
+            "--needs sonar.sonar_04.yaw=95",
+            "--set sonar.sonar_04.yaw=95",
+        ),
+        (
+            "--needs sonar.sonar_04.x=0.05",
+            "--set sonar.sonar_04.x=0.05",
+        ),
+        ("--silent sonar_04", ""),
+    ] {
+        let made = bench.sh(&format!("tmam simulate -o off.mcap {flags} {fault}"));
+        assert_eq!(made.code, 0, "{}", made.stderr);
+        let mended = replayed("off.mcap", key);
+        assert_eq!(map(&mended).len(), plain.len(), "{fault}");
+    }
+    for wrong in [
+        "triple.gamma=8",
+        "sonar.front.yaw=3",
+        "sonar.sonar_04.beam_width=9",
+        "rule=papr",
+    ] {
+        let run = bench.sh(&format!("tmam simulate -o no.mcap --needs {wrong}"));
+        assert_eq!(run.code, 2, "{wrong}");
+        assert!(run.stderr.contains("--needs"), "{}", run.stderr);
+    }
+}

@@ -65,8 +65,7 @@ fn cases_of_worlds() -> Vec<Case> {
     let rough = [0, 30, 100].map(Drive::Rough);
     let posts = [25, 50, 100].map(Drive::Posts);
     let in_the_room = rough.into_iter().chain([Drive::CrossTalk]).chain(posts);
-    let both = in_the_room.flat_map(|drive| [0.003, 0.010].map(|sigma| Case { drive, sigma }));
-    both.collect()
+    at_both(&in_the_room.collect::<Vec<Drive>>())
 }
 
 /// Where odometry and estimated poses are held against each other.
@@ -143,7 +142,9 @@ fn the_page_holds_what_the_study_finds() {
 #[test]
 #[ignore = "takes minutes; docs/evaluation.md says how to run it"]
 fn the_page_holds_what_the_study_finds_in_other_worlds() {
-    let found = rows(&cases_of_worlds(), FEWER_SEEDS, &Rules::noise_aware());
+    let mut found = rows(&cases_of_worlds(), FEWER_SEEDS, &Rules::noise_aware());
+    let rough = at_both(&[30, 100].map(Drive::Rough));
+    found.extend(rows(&rough, FEWER_SEEDS, &Rules::oblique_walls()));
     hold(WORLDS, &tables::worlds(&found, FEWER_SEEDS));
 }
 

@@ -136,6 +136,7 @@ impl Default for NoiseAwareOptions {
             end_at_corners: true,
             gather: true,
             join_corners: true,
+            oblique_walls: false,
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct Association {
 impl Association {
     /// That of a replay: an arc belongs to the feature that the run of its label gave, or to the one
     /// that a run beside it gave where no other did.
-    pub fn of_replay(extractions: &[Extraction], map: &[MapFeature]) -> Self {
+    pub fn of_replay(extractions: &[&Extraction], map: &[MapFeature]) -> Self {
         let mut absorbed: BTreeMap<u32, u32> = BTreeMap::new();
         for extraction in extractions {
             if let Some(feature) = extraction.map_feature {

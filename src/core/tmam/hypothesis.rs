@@ -13,6 +13,7 @@ pub use gate::Gate;
 
 use serde::Serialize;
 
+use self::line::BestLine;
 use super::arc::Arc;
 use super::label::{Kind, Label, Reason};
 
@@ -42,6 +43,9 @@ pub struct HypothesisTest {
     pub chi2_point: f64,
     /// What either must stay below to explain so many readings.
     pub gate: f64,
+    /// Whether the line fits better still where its foot leaves the beams: a smooth wall does not echo
+    /// from there, a rough one does, with other ranges.
+    pub is_beside: bool,
     /// What follows from the comparisons.
     pub support: Support,
 }
@@ -49,22 +53,27 @@ pub struct HypothesisTest {
 impl HypothesisTest {
     /// Of neighbouring arcs, at least three of them.
     pub fn of(arcs: &[Arc], gate: &Gate) -> Self {
-        let (chi2_line, chi2_point) = (line::least_chi2(arcs), point::least_chi2(arcs));
-        Self::from_chi2(arcs.len(), chi2_line, chi2_point, gate)
+        Self::from_chi2(arcs.len(), line::best(arcs), point::least_chi2(arcs), gate)
     }
 
     /// The same readings under another gate.
     pub fn under(&self, gate: &Gate) -> Self {
-        Self::from_chi2(self.readings, self.chi2_line, self.chi2_point, gate)
+        let line = BestLine {
+            chi2: self.chi2_line,
+            is_beside: self.is_beside,
+        };
+        Self::from_chi2(self.readings, line, self.chi2_point, gate)
     }
 
-    fn from_chi2(readings: usize, chi2_line: f64, chi2_point: f64, gate: &Gate) -> Self {
+    fn from_chi2(readings: usize, line: BestLine, chi2_point: f64, gate: &Gate) -> Self {
+        let chi2_line = line.chi2;
         let gate = gate.at(readings.saturating_sub(2));
         Self {
             readings,
             chi2_line,
             chi2_point,
             gate,
+            is_beside: line.is_beside,
             support: match (chi2_line < gate, chi2_point < gate) {
                 (true, false) => Support::Line,
                 (false, true) => Support::Point,
@@ -83,14 +92,14 @@ impl HypothesisTest {
     }
 
     /// The kind of feature that alone explains the readings, where the other one is worse by at
-    /// least `decisive`.
+    /// least `decisive`, and a line's foot is in the beams.
     pub fn decided(&self, decisive: f64) -> Option<Kind> {
         let kind = self.support.kind()?;
-        let lead = match kind {
-            Kind::Line => self.chi2_point - self.chi2_line,
-            Kind::Point => self.chi2_line - self.chi2_point,
+        let (lead, is_open) = match kind {
+            Kind::Line => (self.chi2_point - self.chi2_line, self.is_beside),
+            Kind::Point => (self.chi2_line - self.chi2_point, false),
         };
-        (lead >= decisive).then_some(kind)
+        (lead >= decisive && !is_open).then_some(kind)
     }
 
     /// The label that the readings give the arc in their middle.
@@ -109,8 +118,11 @@ impl HypothesisTest {
 
     /// How far the readings are beyond deciding for a kind, as chi2: the least of its room below the
     /// gate, the other kind's excess over it, and what the lead has beyond `decisive`. Negative where
-    /// they do not decide for it.
+    /// they do not decide for it; without end where no gate would make them.
     pub fn beyond(&self, kind: Kind, decisive: f64) -> f64 {
+        if kind == Kind::Line && self.is_beside {
+            return f64::NEG_INFINITY;
+        }
         let (own, other) = match kind {
             Kind::Line => (self.chi2_line, self.chi2_point),
             Kind::Point => (self.chi2_point, self.chi2_line),
@@ -220,6 +232,21 @@ mod tests {
         let found = opinion(&triple(0.0, 0.003, |s| 3.0 - s.x));
         assert_eq!(found.support, Support::Ambiguous, "{found:?}");
         assert!(!found.contradicts(Label::Contact));
+    }
+
+    #[test]
+    fn a_line_that_fits_best_beside_the_beams_decides_nothing() {
+        // A rough wall echoes along the edge of the beams, its foot 0.2 rad beside that.
+        let normal = unit(1.57 - 0.45);
+        let rough = |s: Vec2| (3.0 - normal.dot(&s)) / libm::cos(0.2);
+        let found = opinion(&triple(1.57, 0.014, rough));
+        assert_eq!(found.support, Support::Line, "{found:?}");
+        assert_eq!(found.decided(0.0), None);
+        assert!(!found.is_final(0.0) && found.beyond(Kind::Line, 0.0) < 0.0);
+        // With its foot in the beams it does.
+        let normal = unit(1.57 - 0.2);
+        let smooth = opinion(&triple(1.57, 1e-4, |s| 3.0 - normal.dot(&s)));
+        assert_eq!(smooth.decided(0.0), Some(Kind::Line), "{smooth:?}");
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub enum Reason {
     /// The smaller angle is not below gamma.
     Wide,
     /// The ratio of the angles lies between alpha and beta; under the noise-aware rule, both a line
-    /// and a point explain all the readings that there are.
+    /// and a point explain all the readings that there are, or a line whose foot may lie beside the beam.
     Ambiguous,
     /// Under the noise-aware rule: the readings around it come from different targets.
     Neither,

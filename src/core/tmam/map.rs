@@ -7,6 +7,7 @@ pub mod ends;
 mod foretold;
 mod fusion;
 pub mod refine;
+pub mod rough;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,6 +19,7 @@ use crate::core::ties;
 use backing::Backing;
 use fusion::alike;
 pub use fusion::duplicates;
+use rough::RoughWall;
 
 /// The registered features.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,9 +176,16 @@ impl Map {
 impl Map {
     /// Doubts what one run alone gave, fits features anew to all readings, joins corners, and ends
     /// walls at them, as far as the rule says so. `hardly` are the sonars of which hardly a triple is
-    /// explained. Returns what changed, in order; the last one of an id is what it is now.
-    pub fn settle(&mut self, arcs: &[Arc], hardly: &BTreeSet<SonarId>) -> Vec<MapFeature> {
+    /// explained, `rough` the rough walls that were seen at an angle. Returns what changed, in order; the last
+    /// one of an id is what it is now.
+    pub fn settle(
+        &mut self,
+        arcs: &[Arc],
+        hardly: &BTreeSet<SonarId>,
+        rough: &[RoughWall],
+    ) -> Vec<MapFeature> {
         let mut settled = self.put(self.doubtful());
+        settled.extend(self.support(rough));
         settled.extend(self.put(self.unbacked(hardly)));
         settled.extend(self.end_walls());
         settled.extend(self.gather(arcs));
@@ -188,6 +197,28 @@ impl Map {
             }
             settled.extend(self.put(corners::join(&self.features)));
             settled.extend(self.end_walls());
+        }
+        settled
+    }
+
+    /// Walls that were seen at an angle as well, as far as that; each time is another run.
+    fn support(&mut self, rough: &[RoughWall]) -> Vec<MapFeature> {
+        let mut settled = Vec::new();
+        for wall in rough {
+            let known = wall.known(&self.features, self.bounds.max_wall_gap);
+            if let Some((at, shape)) = known
+                && let Some(known) = self.features.get(at)
+            {
+                let backing = self.backing.entry(known.id).or_default();
+                backing.join(&Backing::of(&wall.arcs));
+                let mut feature = MapFeature {
+                    shape,
+                    runs: known.runs.saturating_add(1),
+                    ..*known
+                };
+                feature.status = self.status(&feature);
+                settled.extend(self.put(vec![feature]));
+            }
         }
         settled
     }

@@ -15,7 +15,8 @@
 use nalgebra::{RowVector2, Vector2};
 
 use super::arc::Arc;
-use super::gauss_newton::{Advance, Observation, chi2, iterate};
+use super::feature::Segment;
+use super::gauss_newton::{Advance, Observation, chi2, covariance, iterate};
 use super::hypothesis::{Gate, HypothesisTest, Support};
 use crate::core::geometry::{Vec2, unit, wrap_angle};
 
@@ -60,17 +61,34 @@ impl ObliqueWall {
 
     /// The wall that fits best through one edge of the beams, its foot beside that.
     fn of(arcs: &[Arc]) -> Option<Self> {
-        let origin = arcs.get(arcs.len() / 2)?.center();
-        let on_edge = |side: f64| {
-            let edge = EdgeRange { side, origin };
-            edge.fit(arcs)
-        };
-        let walls = [1.0, -1.0].into_iter().filter_map(on_edge);
-        walls.min_by(|a, b| a.chi2.total_cmp(&b.chi2))
+        Some(EdgeRange::best(arcs)?.1)
     }
 }
 
+/// The wall that explains all of some arcs at an angle through the edge of a beam of the half width `half`,
+/// which is off by the standard deviation `off`, both in radians; it reaches from echo to echo. The half width
+/// turns it, and its covariance says so.
+pub fn line_through_edge(arcs: &[Arc], half: f64, off: f64, gate: &Gate) -> Option<Segment> {
+    let with = |half: f64| -> Vec<Arc> {
+        let beam_width = 2.0 * half;
+        let arcs = arcs.iter().copied();
+        arcs.map(|arc| Arc { beam_width, ..arc }).collect()
+    };
+    let nominal = with(half);
+    let (edge, wall) = EdgeRange::best(&nominal)?;
+    if wall.chi2 >= gate.at(arcs.len().saturating_sub(2)) {
+        return None;
+    }
+    let line = edge.line(&nominal)?;
+    let turned = (edge.line(&with(half + off))? - edge.line(&with(half - off))?) / 2.0;
+    let covariance = covariance(&edge, line, &nominal)? + turned * turned.transpose();
+    let echoes = nominal.iter().map(|arc| arc.point_at(edge.bearing(arc)));
+    let segment = Segment::of_line_about(edge.origin, line, covariance);
+    Some(segment.reaching_over(echoes).canonical())
+}
+
 /// The range along an edge ray over the wall's (distance from an origin, theta).
+#[derive(Debug, Clone, Copy)]
 struct EdgeRange {
     /// 1 for the left edge, -1 for the right one.
     side: f64,
@@ -82,10 +100,24 @@ impl EdgeRange {
         arc.world_from_sensor.yaw + self.side * arc.beam_width / 2.0
     }
 
-    fn fit(&self, arcs: &[Arc]) -> Option<ObliqueWall> {
+    /// The edge through which a wall fits best, and that wall.
+    fn best(arcs: &[Arc]) -> Option<(Self, ObliqueWall)> {
+        let origin = arcs.get(arcs.len() / 2)?.center();
+        let edges = [1.0, -1.0].map(|side| Self { side, origin });
+        let walls = edges.into_iter();
+        let walls = walls.filter_map(|edge| Some((edge, edge.fit(arcs)?)));
+        walls.min_by(|(_, a), (_, b)| a.chi2.total_cmp(&b.chi2))
+    }
+
+    /// The line that fits best, wherever its foot is.
+    fn line(&self, arcs: &[Arc]) -> Option<Vector2<f64>> {
         let start = self.through_echoes(arcs)?;
         let step = |wall, step| Advance::To(wall + step);
-        let wall = iterate(self, arcs, start, STEPS, step).ok()?.parameters;
+        Some(iterate(self, arcs, start, STEPS, step).ok()?.parameters)
+    }
+
+    fn fit(&self, arcs: &[Arc]) -> Option<ObliqueWall> {
+        let wall = self.line(arcs)?;
         // The foot lies beyond the edge of every beam, but not out of sight.
         let beyond = |arc: &Arc| self.side * wrap_angle(wall.y - self.bearing(arc));
         let seen = |arc: &Arc| beyond(arc) > 0.0 && beyond(arc) < STEEPEST;

@@ -212,6 +212,7 @@ mod tests {
                 readings: 8,
                 chi2_line: 5.0,
                 chi2_point: 500.0,
+                is_beside: false,
                 support: Support::Line,
             },
             outliers: Vec::new(),

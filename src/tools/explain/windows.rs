@@ -107,6 +107,9 @@ impl Window {
             }
             (Support::Ambiguous, None) => format!("Both still fit: {both}; {wider}"),
             (Support::Neither, None) => format!("Neither fits: {both}"),
+            (Support::Line, None) if lead >= decisive => format!(
+                "{readings} readings fit only a line, but best with its foot beside the beam; {wider}"
+            ),
             (Support::Line | Support::Point, None) => format!(
                 "{readings} readings fit only a {}, with a lead of {lead:.2} where {decisive} are needed; {wider}",
                 last.support.name()

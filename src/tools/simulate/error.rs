@@ -16,6 +16,14 @@ pub enum SimulateError {
         /// What it may be.
         allowed: &'static str,
     },
+    /// A key of the configuration that a log cannot be made to need.
+    #[error("--needs takes {}", super::untold::KEYS)]
+    CannotNeed,
+    /// A sonar that the ring does not have.
+    #[error(
+        "--needs names the sonar {0:?}, but the ring has none of that name; the first is sonar_00"
+    )]
+    NoSuchSonar(String),
     /// A way-point that is not two numbers.
     #[error("{0:?} is not a way-point; write x,y in metres, with spaces between way-points")]
     WaypointText(String),

@@ -117,15 +117,18 @@ impl OdometryNoise {
 /// Odometry that adds up noisy increments.
 pub struct DriftingOdometry {
     noise: OdometryNoise,
+    /// What distances and turns are multiplied with.
+    scales: [f64; 2],
     random: Random,
     /// The true pose and the drifted one at the last sample.
     last: Option<(Pose2, Pose2)>,
 }
 
 impl DriftingOdometry {
-    pub fn new(noise: OdometryNoise, seed: u64) -> Self {
+    pub fn new(noise: OdometryNoise, scales: [f64; 2], seed: u64) -> Self {
         Self {
             noise,
+            scales,
             random: Random::new(seed, 1),
             last: None,
         }
@@ -134,7 +137,7 @@ impl DriftingOdometry {
     /// What odometry says at `world_from_robot`; it starts out right.
     pub fn sample(&mut self, world_from_robot: Pose2) -> Pose2 {
         let odom_from_robot = match self.last {
-            Some((world_from_last, odom_from_last)) if self.noise != OdometryNoise::default() => {
+            Some((world_from_last, odom_from_last)) if self.drifts() => {
                 let last_from_robot = self.disturb(relative(world_from_last, world_from_robot));
                 odom_from_last.compose(&last_from_robot)
             }
@@ -142,6 +145,11 @@ impl DriftingOdometry {
         };
         self.last = Some((world_from_robot, odom_from_robot));
         odom_from_robot
+    }
+
+    /// Whether it will be anywhere else than where the robot is.
+    pub fn drifts(&self) -> bool {
+        self.noise != OdometryNoise::default() || self.scales != [1.0, 1.0]
     }
 
     fn disturb(&mut self, increment: Pose2) -> Pose2 {
@@ -160,7 +168,9 @@ impl DriftingOdometry {
             Some(forward) => driven + forward * stretch,
             None => driven,
         };
-        Pose2::new(driven.x, driven.y, increment.yaw + swing)
+        let [distance, turn] = self.scales;
+        let driven = driven * distance;
+        Pose2::new(driven.x, driven.y, (increment.yaw + swing) * turn)
     }
 }
 

@@ -15,6 +15,8 @@ fn room(motion: Motion) -> Simulation {
         range_noise: RangeNoise::default(),
         false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
+        untold: Untold::default(),
+        silent: Vec::new(),
         seed: 1,
     }
 }

@@ -17,7 +17,7 @@ use tmam_replay::core::replay::Replay;
 use tmam_replay::core::world::World;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::simulate::{
-    Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation,
+    Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Untold,
 };
 use tmam_replay::{Log, RangeReading};
 
@@ -154,6 +154,8 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
             },
             _ => OdometryNoise::default(),
         },
+        untold: Untold::default(),
+        silent: Vec::new(),
         seed,
     };
     let bytes = simulation.write(Cursor::new(Vec::new())).unwrap();

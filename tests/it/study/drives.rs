@@ -13,6 +13,7 @@ use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
 use tmam_replay::tools::evaluate::{Evaluation, Truth};
 use tmam_replay::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+    Untold,
 };
 
 /// How the robot goes through the room.
@@ -135,6 +136,8 @@ impl Case {
                 Drive::ThriceMuchDrift | Drive::ThriceMuchDriftPosts => drift(0.03, 0.6, 1.5),
                 _ => OdometryNoise::default(),
             },
+            untold: Untold::default(),
+            silent: Vec::new(),
             seed,
         };
         simulation
@@ -211,6 +214,12 @@ impl Rules {
     /// The noise-aware rule, as it is.
     pub fn noise_aware() -> Self {
         Self(vec![("noise-aware", Config::default())])
+    }
+
+    /// The same where rough walls that are seen at an angle support the walls of the map.
+    pub fn oblique_walls() -> Self {
+        let config = parse("[noise_aware]\noblique_walls = true").unwrap();
+        Self(vec![("with oblique_walls", config)])
     }
 
     /// The noise-aware rule where the messages' variance is not believed and sigma is measured.

@@ -88,6 +88,10 @@ pub fn worlds(rows: &[Row], seeds: u64) -> String {
                     sum(r, |e| e.labels.other.get("oblique").copied().unwrap_or(0)),
                 )
             }),
+            ("walls covered %", &|r| {
+                let covered: f64 = r.iter().filter_map(|e| e.confirmed.lines.covered).sum();
+                format!("{:.1}", 100.0 * covered / r.len().max(1) as f64)
+            }),
             ("missed", &|r| each(r, missed)),
             ("twice", &|r| each(r, twice)),
             ("false lines", &|r| each(r, lines)),

@@ -3,18 +3,30 @@
 use nalgebra::Matrix2;
 
 use super::minimum::{Bearings, least};
-use crate::core::geometry::{Vec2, wrap_angle};
+use crate::core::geometry::{Vec2, unit, wrap_angle};
 use crate::core::ties;
 use crate::core::tmam::arc::{Arc, BEAM_SLACK};
 
-/// The least chi2 of a line whose normal lies in all beams; infinite where they have no bearing in
-/// common.
-///
-/// For a given normal n the best offset of the line is the weighted mean of r_i + s_i . n, and what
+/// How far beyond the beams a line is tried that fits best at their edge, radians.
+const BEYOND: f64 = 0.01;
+
+/// The line that fits best of those whose normals lie in all beams.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BestLine {
+    /// Weighted squares that remain; infinite where the beams have no bearing in common.
+    pub chi2: f64,
+    /// Whether a line with its normal just beyond the beams fits better still.
+    pub is_beside: bool,
+}
+
+/// Fits the line. For a given normal n the best offset of the line is the weighted mean of r_i + s_i . n, and what
 /// remains is a quadratic form in n.
-pub fn least_chi2(arcs: &[Arc]) -> f64 {
+pub fn best(arcs: &[Arc]) -> BestLine {
     let Some((yaw, low, high)) = common_beam(arcs) else {
-        return f64::INFINITY;
+        return BestLine {
+            chi2: f64::INFINITY,
+            is_beside: false,
+        };
     };
     let total: f64 = arcs.iter().map(|arc| 1.0 / arc.variance).sum();
     let mut mean_range = 0.0;
@@ -39,7 +51,13 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         low,
         high,
     };
-    least(&bearings, chi2, chi2).1
+    let (_, least) = least(&bearings, chi2, chi2);
+    let beside = [low - BEYOND, high + BEYOND].map(|place| chi2(unit(yaw + place)));
+    let beside = beside[0].min(beside[1]);
+    BestLine {
+        chi2: least,
+        is_beside: ties::below(beside, least, ties::of_chi2(beside, least)),
+    }
 }
 
 /// The bearings that all beams hold, as offsets from the yaw of the first one.

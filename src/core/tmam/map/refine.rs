@@ -65,9 +65,12 @@ pub fn refine(
             break;
         }
         owners = now;
+        let owned = owned(arcs, &owners);
+        let none = Vec::new();
         for (feature, known) in refined.iter_mut().zip(features) {
             if feature.status == Status::Confirmed {
-                *feature = from_readings(feature, known, &owned(arcs, &owners, known.id));
+                let arcs = owned.get(&known.id).unwrap_or(&none);
+                *feature = from_readings(feature, known, arcs);
             }
         }
         // A wall that came nearer to its corner may end there now.
@@ -125,27 +128,29 @@ fn doubled(
     }
     confirmed()
         .filter(|weak| {
+            let (all, alone) = explained.get(&weak.id).copied().unwrap_or_default();
+            alone as f64 <= OWN_SHARE * all as f64
+        })
+        .filter(|weak| {
             confirmed().any(|strong| {
                 strong.id != weak.id
                     && strong.readings >= weak.readings
                     && alike(strong, weak, match_distance)
             })
         })
-        .filter(|weak| {
-            let (all, alone) = explained.get(&weak.id).copied().unwrap_or_default();
-            alone as f64 <= OWN_SHARE * all as f64
-        })
         .min_by_key(|weak| (weak.readings, weak.id))
         .map(|weak| weak.id)
 }
 
-/// The readings of one feature.
-fn owned(arcs: &[Arc], owners: &[Option<u32>], id: u32) -> Vec<Arc> {
-    let pairs = arcs.iter().zip(owners);
-    pairs
-        .filter(|(_, owner)| **owner == Some(id))
-        .map(|(arc, _)| *arc)
-        .collect()
+/// The readings of each feature.
+fn owned(arcs: &[Arc], owners: &[Option<u32>]) -> BTreeMap<u32, Vec<Arc>> {
+    let mut owned: BTreeMap<u32, Vec<Arc>> = BTreeMap::new();
+    for (arc, owner) in arcs.iter().zip(owners) {
+        if let Some(id) = owner {
+            owned.entry(*id).or_default().push(*arc);
+        }
+    }
+    owned
 }
 
 /// A feature fitted to its readings, from where it is now; as it was `known` before where they do not

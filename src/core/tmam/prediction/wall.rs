@@ -44,6 +44,7 @@ pub struct Wall {
     /// The map feature.
     pub id: u32,
     segment: Segment,
+    normal: Vec2,
     along: Vec2,
     low: f64,
     high: f64,
@@ -94,6 +95,7 @@ impl Wall {
         Self {
             id,
             segment,
+            normal,
             along,
             low,
             high,
@@ -117,6 +119,13 @@ impl Wall {
         } else {
             return None;
         };
+        // Most walls of a large map are out of the question, without a sine: (6), and its variance.
+        let off = arc.range - (self.segment.rho - arc.center().dot(&self.normal)).abs();
+        let by_line = Vec2::new(1.0, -way);
+        let variance = by_line.dot(&(self.segment.covariance * by_line)).max(0.0);
+        if off * off > 1.01 * SIGMAS * SIGMAS * (arc.variance + variance) {
+            return None;
+        }
         let residual = RangeResidual::of_line(&self.segment, arc);
         let explained = residual.chi2() <= SIGMAS * SIGMAS && residual.is_in_beam(arc);
         explained.then_some((place, residual))

@@ -14,7 +14,7 @@ use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth};
 use crate::tools::simulate::{
-    FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise,
+    FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise, Untold,
 };
 
 fn room() -> Vec<u8> {
@@ -33,6 +33,8 @@ fn room() -> Vec<u8> {
         },
         false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
+        untold: Untold::default(),
+        silent: Vec::new(),
         seed: 4,
     };
     simulation

@@ -63,7 +63,7 @@ fn odometry_drifts_with_the_root_of_the_way() {
     };
     let ends: Vec<_> = (0..2000)
         .map(|seed| {
-            let mut odometry = DriftingOdometry::new(noise, seed);
+            let mut odometry = DriftingOdometry::new(noise, [1.0, 1.0], seed);
             let poses = (0..=40).map(|i| Pose2::new(0.1 * f64::from(i), 0.0, 0.0));
             poses.map(|pose| odometry.sample(pose).x).last().unwrap()
         })
@@ -75,7 +75,7 @@ fn odometry_drifts_with_the_root_of_the_way() {
 
 #[test]
 fn perfect_odometry_is_the_truth_to_the_last_bit() {
-    let mut odometry = DriftingOdometry::new(OdometryNoise::default(), 1);
+    let mut odometry = DriftingOdometry::new(OdometryNoise::default(), [1.0, 1.0], 1);
     for i in 0..100 {
         let pose = Pose2::new(0.1 * f64::from(i), 0.3, 0.7 * f64::from(i));
         assert_eq!(odometry.sample(pose), pose);
