@@ -70,7 +70,7 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
     let known = REASONS.iter().find(|(name, ..)| name == reason);
     let (what, mend) = known.map_or(NEITHER_FITS, |(_, what, mend)| (what, mend));
     // That wall and corner fit alike is no fault: a sonar alone rarely decides.
-    let is_fault = few && reason != "ambiguous";
+    let is_fault = few && *reason != "ambiguous";
     Some(Finding::new(
         if is_fault { Serious } else { Notable },
         CODE,
