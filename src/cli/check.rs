@@ -9,14 +9,16 @@ use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
 use crate::io::output::{print, print_aside};
 use crate::tools::check::text::{closing, report};
-use crate::tools::check::{Options, ReportFiles, Suite, annotations, exit, json, refused};
+use crate::tools::check::{
+    Options, ReportFiles, Suite, annotations, exit, json, markdown, refused,
+};
 use crate::tools::golden::{SHOWN, is_set};
 
 /// Hold logs to golden files: has anything changed that should not have?
 ///
 /// Replays each log with the configuration recorded in its golden file, DIR/LOG.golden.json, and
 /// compares the map, the extracted features and the label of every arc, within the tolerances in
-/// that file.
+/// that file. With --config FILE, with that configuration, which ships: what of it is otherwise differs.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
@@ -28,6 +30,7 @@ Examples:
   tmam check drives/*.mcap --golden golden --bless          write the golden files
   tmam check drives/*.mcap --golden golden                  hold the logs to them
   tmam check drives/*.mcap --golden golden --artifacts out --junit out/junit.xml --summary out/summary.md
+  tmam check drives/*.mcap --golden golden --config tmam.toml   does what ships give the same?
   tmam check drives/*.mcap --golden golden --partition 2/4  a quarter of them"
 )]
 pub struct Args {
@@ -43,6 +46,12 @@ pub struct Args {
     /// Record only so many frames around each difference [default: 20]
     #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "20", requires = "artifacts")]
     only_around_differences: Option<u32>,
+    /// What to compare: all, or of the map only the confirmed features and where they are, as for drives made again
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Compared::All)]
+    compare: Compared,
+    /// What is required of the results, besides that they stay: `[require]` with lines such as walls = ">= 6"
+    #[arg(long, value_name = "FILE.toml")]
+    suite: Option<PathBuf>,
     /// Labels that flipped with next to nothing to spare are differences, too
     #[arg(long)]
     strict: bool,
@@ -80,6 +89,12 @@ pub struct Args {
     parameters: Parameters,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Compared {
+    All,
+    Map,
+}
+
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let outcome = self.check();
@@ -90,7 +105,7 @@ impl Args {
     }
 
     fn check(self) -> Result<Exit, Error> {
-        let with_artifacts = self.artifacts.is_some();
+        let (with_artifacts, bless) = (self.artifacts.is_some(), self.bless);
         let options = Options {
             logs: self.logs,
             golden: self.golden,
@@ -101,6 +116,8 @@ impl Args {
             strict: self.strict,
             tolerances: self.tolerance,
             partition: self.partition,
+            only_map: self.compare == Compared::Map,
+            suite: self.suite,
             ..Options::default()
         };
         let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
@@ -150,6 +167,10 @@ impl Args {
                 say(&format!("note: {}\n", inert_line(note)));
             }
             say(&closing(&reports, with_artifacts));
+            if bless {
+                say("\nto paste into the review:\n\n");
+                say(&markdown(&reports, suite.notes(), self.strict));
+            }
         }
         printed?;
         Ok(exit(&reports))
@@ -163,5 +184,12 @@ fn in_github() -> bool {
 /// What can be wrong with what is given, once the reports can say so.
 fn prepare(options: Options, parameters: &Parameters) -> Result<Suite, Error> {
     let layers = parameters.layers()?;
-    Ok(Suite::new(Options { layers, ..options })?)
+    let options = match parameters.file() {
+        Some(_) if !options.bless => Options {
+            shipped: Some(layers),
+            ..options
+        },
+        _ => Options { layers, ..options },
+    };
+    Ok(Suite::new(options)?)
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::check::Compared;
 use super::parameters::{Parameters, assignment};
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
@@ -45,6 +46,9 @@ pub struct Args {
     /// A tolerance, repeatable: rho=0.02 (metres and radians) [default: those of a golden file]
     #[arg(long, value_name = "KEY=VALUE")]
     tolerance: Vec<String>,
+    /// What to compare: all, or of the map only the confirmed features and where they are, as for drives made again
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Compared::All)]
+    compare: Compared,
     /// Borderline labels are differences, too
     #[arg(long)]
     strict: bool,
@@ -67,6 +71,7 @@ impl Args {
                 .varied_layers(self.config_b.clone(), &self.set_b)?,
             b_differs: self.config_b.is_some() || !self.set_b.is_empty(),
             tolerances: self.tolerance,
+            only_map: self.compare == Compared::Map,
         };
         let diff = Diff::new(&self.a, self.b.as_deref(), &terms)?;
         print(&if self.json {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::core::config::Config;
-use crate::core::event::Sonar;
+use crate::core::event::{Events, Sonar};
 use crate::core::frames::Frame;
 use crate::core::geometry::Vec2;
 use crate::core::tmam::step::Step;
@@ -38,6 +38,8 @@ pub struct Setting<'a> {
     pub config: &'a Config,
     /// The log.
     pub source: &'a Source,
+    /// All that was read from it.
+    pub events: &'a Events,
     /// The SHA-256 of its events.
     pub events_sha256: &'a str,
     /// Stamp of the log's first reading, in the window or not: what seconds are counted from.

@@ -146,6 +146,7 @@ impl<'a> Replay<'a> {
             sonars: &self.log.events.sonars,
             config: &self.config,
             source: &self.source,
+            events: &self.log.events,
             events_sha256: (self.events_sha256).get_or_init(|| sha256(&self.log.events)),
             origin_ns: self.origin_ns(),
             start: (self.log.events.odometry.first())

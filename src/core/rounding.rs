@@ -14,6 +14,16 @@ pub fn rounded(x: f64) -> f64 {
     }
 }
 
+/// `x` to six decimals; zero has no sign.
+pub fn micro(x: f64) -> f64 {
+    let scaled = x * 1e6;
+    if scaled.abs() < 9e15 {
+        libm::rint(scaled) / 1e6 + 0.0
+    } else {
+        x
+    }
+}
+
 /// A number with so many decimals; zero has no sign.
 pub fn fixed(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");

@@ -9,6 +9,7 @@ mod job;
 mod junit;
 mod overlay;
 mod report;
+mod require;
 mod suite;
 mod summary;
 pub mod text;
@@ -18,7 +19,9 @@ use std::path::Path;
 
 use crate::io::output::{Output, OutputError, is_stdout, make_room};
 pub use report::{CheckError, CheckResult, Compared, Report, exit, json, refused};
+pub use require::Requirements;
 pub use suite::{Options, Suite};
+pub use summary::summary as markdown;
 
 /// The reports that are asked for.
 #[derive(Debug)]
@@ -64,7 +67,7 @@ impl ReportFiles {
     ) -> Result<(), CheckError> {
         self.write_texts(
             || junit::junit(reports, notes, strict),
-            || summary::summary(reports, notes, strict),
+            || markdown(reports, notes, strict),
         )
     }
 

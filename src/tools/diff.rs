@@ -15,15 +15,17 @@ use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
 use crate::core::replay::{Replay, ReplayError};
 use crate::core::tool::Tool;
-use crate::io::config::file::{ConfigError, check, layered};
-use crate::io::log::{LogError, read};
+use crate::io::config::file::{ConfigError, check, differences, layered};
+use crate::io::log::LogError;
+use crate::io::log::survey::as_it_is;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 use crate::observe::features;
 use crate::observe::recording::read_carried;
 use crate::observe::viewer::CarriedError;
 use crate::tools::golden::{
-    Comparison, FeaturesFile, Golden, GoldenError, LabelsFile, LogInfo, Results, SCHEMA as GOLDEN,
-    Tolerance, ToleranceError, compare, differences_in_json, results, sections, unrecorded,
+    Comparison, Difference, FeaturesFile, Golden, GoldenError, LabelsFile, Results,
+    SCHEMA as GOLDEN, Tolerance, ToleranceError, all_results, compare, differences_in_json,
+    headlines, sections, unrecorded,
 };
 
 /// The name and version of the JSON format.
@@ -40,6 +42,8 @@ pub struct Terms {
     pub b_differs: bool,
     /// As `KEY=VALUE`, over those of a golden file.
     pub tolerances: Vec<String>,
+    /// Whether only the confirmed features of the map are compared.
+    pub only_map: bool,
 }
 
 /// Two sides and how they differ.
@@ -60,11 +64,6 @@ impl Diff {
     pub fn new(a: &Path, b: Option<&Path>, terms: &Terms) -> Result<Self, DiffError> {
         let mut notes = Vec::new();
         let (a, b) = sides(a, b.unwrap_or(a), terms, &mut notes)?;
-        if let (Some(a), Some(b)) = (&a.log, &b.log)
-            && a.events_sha256 != b.events_sha256
-        {
-            notes.push("the two come from logs with different events".to_owned());
-        }
         match [&a, &b].map(|side| side.results.labels.is_none()) {
             [false, false] => {}
             [true, true] => {
@@ -84,7 +83,24 @@ impl Diff {
         }
         let tolerance = a.tolerances.or(b.tolerances).unwrap_or_default();
         let tolerance = (terms.tolerances.iter()).try_fold(tolerance, Tolerance::with)?;
-        let found = compare(&a.results, &b.results, &tolerance);
+        let (one, other) = match terms.only_map {
+            true => (a.results.map_alone(), b.results.map_alone()),
+            false => (a.results.clone(), b.results.clone()),
+        };
+        let mut found = compare(&one, &other, &tolerance);
+        // Two sides may well come from other logs: what counts is what they give.
+        for one in &mut found.differences {
+            if let Difference::Cause(cause) = one {
+                cause.fails = false;
+            }
+        }
+        let configs = a
+            .configuration()
+            .ok()
+            .flatten()
+            .zip(b.configuration().ok().flatten());
+        let changed = configs.map_or_else(Vec::new, |(a, b)| differences(&a, &b));
+        found.blame(&changed, false, None);
         Ok(Self { a, b, notes, found })
     }
 
@@ -119,7 +135,10 @@ impl Diff {
         for note in &self.notes {
             let _ = writeln!(text, "note: {}", inert_line(note));
         }
-        let sections = sections(&self.found, None, strict);
+        for line in headlines(&self.found, None) {
+            let _ = writeln!(text, "{line}");
+        }
+        let sections = sections(&self.found, strict);
         for section in &sections {
             text.push_str(&section.listed(shown));
         }
@@ -139,6 +158,8 @@ impl Diff {
             "a": self.a.json(),
             "b": self.b.json(),
             "notes": self.notes,
+            "quality": self.found.quality.map(|[a, b]| json!({"trend": b.trend(&a), "a": a, "b": b})),
+            "causes": self.found.causes().collect::<Vec<_>>(),
             "tolerances": self.found.tolerance,
             "labels_compared": self.found.label_counts.is_some(),
             "first_frame": self.found.first_frame(),
@@ -217,8 +238,6 @@ struct Side {
     results: Results,
     /// The tolerances in it, where it is a golden file.
     pub tolerances: Option<Tolerance>,
-    /// Its log, where that is known.
-    log: Option<LogInfo>,
     /// The configuration that it came from. Only a log beside it needs one that makes sense.
     config: Option<Json>,
     /// Parameters that the file does not record.
@@ -336,7 +355,6 @@ impl Side {
             kind,
             results,
             tolerances: None,
-            log: None,
             config: None,
             unrecorded: Vec::new(),
             losses: Vec::new(),
@@ -348,12 +366,13 @@ impl Side {
     /// # Errors
     /// As a replay fails.
     fn replayed(path: &Path, config: Config) -> Result<Self, DiffError> {
-        let log = read(path, &config)?;
-        let replay = Replay::new(&log, &config)?;
-        let results = results(&replay.setting(), &replay.run(&mut [])?);
+        let survey = as_it_is(path, &config)?;
+        let replay = Replay::new(&survey.log, &config)?;
+        let outcome = replay.run(&mut [])?;
+        let (results, _) = all_results(path, &survey, &replay, outcome)?;
         Ok(Self {
-            log: Some(LogInfo::of(&replay.setting())),
-            losses: log.losses.clone(),
+            losses: survey.log.losses.clone(),
+            config: serde_json::to_value(&config).ok(),
             ..Self::new(path, "log", results)
         })
     }
@@ -368,7 +387,7 @@ impl Side {
         side.kind = "recording";
         if let Some(text) = carried.labels {
             let file = LabelsFile::parse(&text).map_err(DiffError::malformed(path))?;
-            side.log = Some(file.log);
+            side.results.log = Some(file.log);
             side.results.noise = file.noise;
             side.results.labels = Some(file.labels);
         }
@@ -389,7 +408,6 @@ impl Side {
             let config = golden.config.map(serde_json::to_value).transpose();
             return Ok(Self {
                 tolerances: Some(golden.tolerances),
-                log: golden.log,
                 config: config.unwrap_or_default(),
                 unrecorded,
                 ..Self::new(path, "golden", golden.results)
@@ -443,8 +461,8 @@ impl Side {
         json!({
             "file": self.path.display().to_string(),
             "kind": self.kind,
-            "log": self.log.as_ref().map(|log| &log.file),
-            "events_sha256": self.log.as_ref().map(|log| &log.events_sha256),
+            "log": self.results.log.as_ref().map(|log| &log.file),
+            "events_sha256": self.results.log.as_ref().map(|log| &log.events_sha256),
             "map": self.results.map.len(),
             "extracted": self.results.extracted.len(),
             "labels": self.results.labels.as_ref().map(|labels| labels.len()),

@@ -50,6 +50,20 @@ pub fn render(value: &impl Serialize) -> Result<Vec<u8>, serde_json::Error> {
     Ok(out)
 }
 
+/// A value on one line, as it stands in such a text.
+///
+/// # Errors
+/// When it cannot be JSON.
+pub fn row(value: &impl Serialize) -> Result<String, serde_json::Error> {
+    let mut out = Vec::new();
+    let layout = ReviewLayout {
+        depth: OPEN_LEVELS,
+        is_empty: false,
+    };
+    value.serialize(&mut Serializer::with_formatter(&mut out, layout))?;
+    Ok(String::from_utf8_lossy(&out).into_owned())
+}
+
 #[derive(Default)]
 struct ReviewLayout {
     depth: usize,

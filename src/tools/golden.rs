@@ -15,6 +15,7 @@
 //!     .unwrap_or_else(|differs| panic!("{differs}"));
 //! ```
 
+mod cause;
 mod collect;
 mod compare;
 mod difference;
@@ -22,21 +23,29 @@ mod features_file;
 mod file;
 mod hold;
 mod labels_file;
+mod profile;
+mod quality;
+mod replayed;
 mod results;
+mod text;
 mod tolerance;
 
-pub use collect::{LogInfo, labels, results};
-pub use compare::compare;
+pub use cause::Cause;
+pub use collect::{labels, results};
+pub use compare::{compare, settled};
 pub use difference::{
-    Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange,
-    SECTIONS, SHOWN, Section, State, StrayedArc, describe, differences_in_json, sections,
+    Change, ChangeUnit, Comparison, Difference, FeatureDifference, FindingDifference, LabelRun,
+    NumberChange, SECTIONS, State, StrayedArc,
 };
 pub use features_file::FeaturesFile;
 pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};
 pub use hold::{Held, HoldError, UPDATE, hold, is_set};
 pub use labels_file::{LabelsFile, carried};
+pub use profile::{LogInfo, OdometryProfile, SonarProfile, Stamps};
+pub use quality::{Quality, Trend, from_to, headline};
+pub use replayed::all_results;
 pub use results::{
-    Feature, Geometry, LabelledArc, Labels, LineSegment, Margin, Mark, Measured, RangeSigma,
-    Results,
+    Feature, Geometry, LabelledArc, Labels, LineSegment, Margin, Mark, RangeSigma, Results,
 };
+pub use text::{SHOWN, Section, describe, differences_in_json, headlines, sections};
 pub use tolerance::{Tolerance, ToleranceError};

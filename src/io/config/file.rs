@@ -1,5 +1,7 @@
 //! `tmam.toml`: reading and checking a configuration. Angles are degrees in the file.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use toml::{Table, Value};
 
 use super::keys::{self, Bounds, Unit};
@@ -187,6 +189,40 @@ pub(crate) fn to_table(config: &Config) -> Table {
     });
     debug_assert!(walked.is_ok(), "the walk itself cannot fail");
     table
+}
+
+/// What of a configuration became otherwise: `triple.gamma 10.0 -> 8.0 deg`, a key each.
+pub fn differences(then: &Config, now: &Config) -> Vec<String> {
+    let leaves = |config: &Config| {
+        let mut leaves = BTreeMap::new();
+        let walked = each_leaf(
+            &mut to_table(config),
+            &mut Vec::new(),
+            &mut |path, value| {
+                let unit = keys::find(path).map_or(Unit::Plain, |key| key.unit);
+                leaves.insert(path.join("."), (value.to_string(), unit));
+                Ok(())
+            },
+        );
+        debug_assert!(walked.is_ok(), "the walk itself cannot fail");
+        leaves
+    };
+    let (then, now) = (leaves(then), leaves(now));
+    let keys: BTreeSet<&String> = then.keys().chain(now.keys()).collect();
+    let changed = keys
+        .into_iter()
+        .filter(|key| then.get(*key) != now.get(*key));
+    let shown = |leaf: Option<&(String, Unit)>| leaf.map_or("none", |(value, _)| value).to_owned();
+    changed
+        .map(|key| {
+            let (was, is) = (then.get(key), now.get(key));
+            let unit = match was.or(is) {
+                Some((_, Unit::Degrees)) => " deg",
+                _ => "",
+            };
+            format!("{key} {} -> {}{unit}", shown(was), shown(is))
+        })
+        .collect()
 }
 
 fn number(value: &Value) -> Option<f64> {

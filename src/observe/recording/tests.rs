@@ -14,7 +14,7 @@ pub use self::run::{chunks, drive, record, record_under, ring};
 use super::canvas::Timelines;
 use super::*;
 use crate::core::config::Config;
-use crate::core::event::{Sonar, SonarId};
+use crate::core::event::{Events, Sonar, SonarId};
 use crate::core::geometry::Vec2;
 use crate::core::observer::{Setting, Source};
 use crate::core::tmam::Tmam;
@@ -207,6 +207,7 @@ fn configurations_of_one_log_share_a_layout_and_are_two_recordings() {
             sonars: &[],
             config,
             source: &source,
+            events: &Events::default(),
             events_sha256: "e3b0c442",
             origin_ns: 5,
             start: Vec2::zeros(),

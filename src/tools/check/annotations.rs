@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::report::Report;
 use crate::core::exit::Exit;
 use crate::core::legible::legible;
-use crate::tools::golden::sections;
+use crate::tools::document::row as row_as_written;
+use crate::tools::golden::{Difference, describe, headlines};
 
 /// The service shows so many per step.
 const MOST: usize = 10;
@@ -22,10 +23,12 @@ pub fn annotations(reports: &[Report], notes: &[String], strict: bool) -> String
                 report.log.display(),
                 report.result.name()
             ));
-            messages(report, strict)
-                .iter()
-                .map(|message| data(&legible(message)))
-                .map(|message| format!("::error file={file},title={title}::{message}"))
+            let messages = messages(report, strict).into_iter();
+            messages
+                .map(|(line, message)| {
+                    let message = data(&legible(&message));
+                    format!("::error file={file},line={line},title={title}::{message}")
+                })
                 .collect()
         })
         .collect();
@@ -81,17 +84,52 @@ fn chosen(of_logs: &[Vec<String>]) -> Vec<String> {
     lines
 }
 
-fn messages(report: &Report, strict: bool) -> Vec<String> {
+/// What to say of a log, and at which line of its golden file.
+fn messages(report: &Report, strict: bool) -> Vec<(usize, String)> {
     if report.result.exit() == Exit::Done {
         return Vec::new();
     }
+    let reason = report.result.reason().map(|reason| (1, reason.to_owned()));
+    let mut messages: Vec<(usize, String)> = reason.into_iter().collect();
     // What differs is told where it could not be kept for people, too.
-    let compared = report.compared.iter();
-    let sections = compared
-        .flat_map(|compared| sections(&compared.found, report.recording.as_deref(), strict));
-    let reason = report.result.reason().map(str::to_owned);
-    let lines = sections.flat_map(|section| section.lines);
-    reason.into_iter().chain(lines).collect()
+    if let Some(compared) = &report.compared {
+        let found = &compared.found;
+        let head = headlines(found, report.recording.as_deref());
+        if !found.matches(strict) && !head.is_empty() {
+            messages.push((1, head.join("\n")));
+        }
+        let file = std::fs::read_to_string(&report.golden).unwrap_or_default();
+        let differences = found.differences.iter().filter(|one| one.fails(strict));
+        messages.extend(differences.map(|one| (line_of(&file, one), describe(one))));
+    }
+    messages
+}
+
+/// The line of a golden file that a difference is about, counted from 1; the first where there is none.
+fn line_of(file: &str, difference: &Difference) -> usize {
+    let section = match difference {
+        Difference::Map(_) => "  \"map\"",
+        Difference::Extracted(_) => "  \"features\"",
+        Difference::Cause(_) => "  \"log\"",
+        Difference::Labels(_) | Difference::Borderline(_) => "  \"labels\"",
+        Difference::Noise { .. } => "  \"measured_sigma\"",
+        Difference::Finding(_) => "  \"findings\"",
+        Difference::Requirement { .. } => "  \"quality\"",
+    };
+    let row = match difference {
+        Difference::Map(one) | Difference::Extracted(one) => {
+            one.golden.as_ref().and_then(|row| row_as_written(row).ok())
+        }
+        Difference::Labels(run) | Difference::Borderline(run) => Some(format!(
+            "{}: {{",
+            serde_json::Value::from(run.sensor.as_str())
+        )),
+        _ => None,
+    };
+    let mut lines = (1..).zip(file.lines());
+    let of_section = lines.find(|(_, line)| line.starts_with(section));
+    let of_row = row.and_then(|row| lines.find(|(_, line)| line.contains(&row)));
+    of_row.or(of_section).map_or(1, |(number, _)| number)
 }
 
 fn data(text: &str) -> String {

@@ -4,21 +4,36 @@ use std::path::{Path, PathBuf};
 
 use super::overlay::overlay;
 use super::report::{CheckError, CheckResult, Compared, Report};
+use super::require::Requirements;
 use crate::core::config::Config;
 use crate::core::legible::inert_line;
 use crate::core::log::Log;
 use crate::core::observer::Kept;
 use crate::core::replay::{Outcome, Replay, ReplayError};
-use crate::io::config::file::layered;
-use crate::io::config::render::render;
+use crate::io::config::file::{differences, layered};
+use crate::io::log::survey::as_it_is;
 use crate::io::log::{itemised, read};
 use crate::io::output::{Output, write_whole};
 use crate::observe::recording::Recording;
 use crate::observe::viewer;
 use crate::tools::golden::{
-    Comparison, Difference, Golden, GoldenError, LogInfo, RangeSigma, Results, Tolerance,
-    as_recorded, carried, compare, results,
+    Comparison, Difference, Golden, GoldenError, Tolerance, all_results, as_recorded, carried,
+    compare, settled,
 };
+
+/// On what terms a log is held to its golden file.
+#[derive(Debug, Clone, Copy)]
+pub struct Terms<'a> {
+    /// Borderline labels are differences, too.
+    pub strict: bool,
+    /// Only the confirmed features of the map are compared.
+    pub only_map: bool,
+    /// The configuration that ships, as texts each over the one before, where that is to be held instead of the
+    /// golden file's.
+    pub shipped: Option<&'a [String]>,
+    pub required: &'a Requirements,
+    pub artifacts: Option<&'a Artifacts>,
+}
 
 /// A log and its golden file.
 #[derive(Debug, Clone)]
@@ -28,16 +43,23 @@ pub struct Job {
 }
 
 impl Job {
-    /// Replays the log with the configuration of its golden file and compares.
-    pub fn check(&self, strict: bool, artifacts: Option<&Artifacts>) -> Report {
-        if let Some(artifacts) = artifacts {
+    /// Replays the log with the configuration of its golden file, or with that which ships, and compares.
+    pub fn check(&self, terms: &Terms<'_>) -> Report {
+        if let Some(artifacts) = terms.artifacts {
             artifacts.clear(&self.log);
         }
-        self.compared(strict, artifacts)
+        self.compared(terms)
             .unwrap_or_else(|error| self.report(error))
     }
 
-    fn compared(&self, strict: bool, artifacts: Option<&Artifacts>) -> Result<Report, CheckError> {
+    fn compared(&self, terms: &Terms<'_>) -> Result<Report, CheckError> {
+        let Terms {
+            strict,
+            only_map,
+            shipped,
+            required,
+            artifacts,
+        } = *terms;
         std::fs::metadata(&self.log).map_err(|source| GoldenError::Read {
             path: self.log.clone(),
             source,
@@ -45,42 +67,55 @@ impl Job {
         if !self.golden.exists() {
             return Ok(self.without_golden(artifacts));
         }
-        let (golden, unrecorded) = Golden::read(&self.golden)?;
-        let (Some(config), Some(blessed)) = (&golden.config, &golden.log) else {
+        let (golden, unknown) = Golden::read(&self.golden)?;
+        let (Some(config), Some(_)) = (&golden.config, golden.log()) else {
             return Err(self.of_a_test());
         };
-        let log = read(&self.log, config)?;
-        let replay = Replay::new(&log, config)?;
+        let shipped = shipped.map(|text| shipped_for(config, text)).transpose()?;
+        let changed = shipped.as_ref().map(|shipped| differences(config, shipped));
+        let config = shipped.as_ref().unwrap_or(config);
+        let survey = as_it_is(&self.log, config)?;
+        let replay = Replay::new(&survey.log, config)?;
         let mut kept = Kept::default();
         let outcome = match artifacts {
             Some(_) => replay.run(&mut [&mut kept])?,
             None => replay.run(&mut [])?,
         };
-        fit_to_compare(&log, &outcome)?;
+        fit_to_compare(&survey.log, &outcome)?;
         if golden.results.is_empty() {
             return Err(CheckError::Nothing(format!(
                 "{} holds no feature; bless it again from a log that gives some",
                 self.golden.display()
             )));
         }
-        let results = results(&replay.setting(), &outcome);
-        let mut found = compare(&golden.results, &results, &golden.tolerances);
-        let info = LogInfo::of(&replay.setting());
-        if blessed.events_sha256 != info.events_sha256 {
-            let difference = Difference::Log {
-                golden: blessed.events_sha256.clone(),
-                actual: info.events_sha256.clone(),
-            };
-            found.differences.insert(0, difference);
-        }
+        let (actual, outcome) = all_results(&self.log, &survey, &replay, outcome)?;
+        let mut found = match only_map {
+            true => compare(
+                &golden.results.map_alone(),
+                &actual.map_alone(),
+                &golden.tolerances,
+            ),
+            false => compare(&golden.results, &actual, &golden.tolerances),
+        };
+        let by = (unknown.is_empty() && !only_map).then_some(golden.written_by.version.as_str());
+        found.blame(&changed.unwrap_or_default(), true, by);
+        let stem = self.log.file_stem().unwrap_or_default().to_string_lossy();
+        let quality = actual.quality;
+        let missed = quality.map_or_else(Vec::new, |quality| required.missed(&stem, &quality));
+        let missed = missed
+            .into_iter()
+            .map(|text| Difference::Requirement { text });
+        found.differences.splice(0..0, missed);
         let mut report = self.report(match found.matches(strict) {
             true => CheckResult::Matches,
             false => CheckResult::Differs,
         });
-        report.notes = notes(&golden, &results, &unrecorded);
+        report.quality = quality;
+        report.notes = notes(&golden, &unknown);
         if let (Some(artifacts), CheckResult::Differs) = (artifacts, &report.result) {
-            let config = golden.config.clone();
-            let new = Golden::new(Some(info), config, golden.tolerances, results);
+            let config = Some(config.clone());
+            let settled = settled(&golden.results, actual, &golden.tolerances);
+            let new = Golden::new(config, golden.tolerances, settled);
             let replayed = (&replay, &outcome, &kept);
             match artifacts.write(&self.log, replayed, &golden, &new, &found) {
                 Ok((new, recording)) => {
@@ -143,14 +178,20 @@ impl Job {
         };
         let (recorded, before) = match old
             .as_ref()
-            .map(|old| (&old.log, &old.config, old.tolerances))
+            .map(|old| (old.log(), &old.config, old.tolerances))
         {
             None => (Config::default(), Tolerance::default()),
             Some((Some(_), Some(config), tolerances)) => (config.clone(), tolerances),
             Some(_) => return Err(self.of_a_test()),
         };
         let tolerances = tolerances.iter().try_fold(before, Tolerance::with)?;
-        let new = self.new_golden(layered(recorded, layers)?, tolerances)?;
+        let mut new = self.new_golden(layered(recorded, layers)?, tolerances)?;
+        let found = old
+            .as_ref()
+            .map(|old| compare(&old.results, &new.results, &tolerances));
+        if let Some(old) = &old {
+            new.results = settled(&old.results, new.results, &tolerances);
+        }
         let bytes = new.render()?;
         // A new version that finds the same rewrites nothing.
         let same = |old: &Golden| {
@@ -163,9 +204,13 @@ impl Job {
         }
         write_whole(&self.golden, &bytes)?;
         let mut report = self.report(CheckResult::Blessed);
+        report.quality = new.results.quality;
         if let Some(old) = old {
             report.notes = changed_terms(&old, &new);
-            let found = compare(&old.results, &new.results, &old.tolerances);
+            let mut found = found.unwrap_or_default();
+            let configs = old.config.as_ref().zip(new.config.as_ref());
+            let changed = configs.map_or_else(Vec::new, |(then, now)| differences(then, now));
+            found.blame(&changed, true, Some(&old.written_by.version));
             let map = old.results.map;
             report.compared = Some(Compared { map, found });
         }
@@ -175,19 +220,19 @@ impl Job {
     /// The golden file of a whole log that gives something.
     fn new_golden(&self, config: Config, tolerances: Tolerance) -> Result<Golden, CheckError> {
         let config = as_recorded(&config)?;
-        let log = read(&self.log, &config)?;
-        let replay = Replay::new(&log, &config)?;
+        let survey = as_it_is(&self.log, &config)?;
+        let log = &survey.log;
+        let replay = Replay::new(log, &config)?;
         let outcome = replay.run(&mut [])?;
-        fit_to_compare(&log, &outcome)?;
-        let results = results(&replay.setting(), &outcome);
+        fit_to_compare(log, &outcome)?;
+        let (results, _) = all_results(&self.log, &survey, &replay, outcome)?;
         if results.is_empty() {
             return Err(CheckError::Nothing(format!(
                 "{} gives no feature, and an empty result can never differ",
                 log.file
             )));
         }
-        let info = LogInfo::of(&replay.setting());
-        Ok(Golden::new(Some(info), Some(config), tolerances, results))
+        Ok(Golden::new(Some(config), tolerances, results))
     }
 
     fn of_a_test(&self) -> CheckError {
@@ -204,8 +249,10 @@ impl Job {
             result: result.into(),
             notes: Vec::new(),
             compared: None,
+            quality: None,
             artifacts: Vec::new(),
             recording: None,
+            seconds: 0.0,
         }
     }
 }
@@ -223,42 +270,32 @@ fn fit_to_compare(log: &Log, outcome: &Outcome) -> Result<(), CheckError> {
     }))
 }
 
-fn notes(golden: &Golden, actual: &Results, unrecorded: &[String]) -> Vec<String> {
+fn notes(golden: &Golden, unknown: &[String]) -> Vec<String> {
     let mut notes = Vec::new();
     let (then, now) = (&golden.written_by.version, env!("CARGO_PKG_VERSION"));
     if then != now {
         notes.push(format!("blessed with tmam {then}, checked with {now}"));
     }
-    if !unrecorded.is_empty() {
+    if !unknown.is_empty() {
         notes.push(format!(
-            "the golden file does not record {}; the present defaults hold. Bless again to record them",
-            unrecorded.join(", ")
-        ));
-    }
-    if let (RangeSigma::Unknown, RangeSigma::Measured(sigma)) = (golden.results.noise, actual.noise)
-    {
-        notes.push(format!(
-            "the golden file does not record the noise of the ranges (`measured_sigma`), which they tell themselves: \
-             {:.1} mm. So a change of it is not named. Bless again to record it",
-            sigma * 1e3
-        ));
-    }
-    let unmeasured = golden.results.labels.iter().flat_map(|labels| {
-        let names = labels.sonars.keys().map(String::as_str);
-        names.filter(|name| !labels.measured.contains_key(*name))
-    });
-    let unmeasured: Vec<&str> = unmeasured.collect();
-    if !unmeasured.is_empty() {
-        notes.push(format!(
-            "the golden file does not record where {} is and what it measures (`measured`), so that is not checked. \
-             Bless again to record it",
-            inert_line(&unmeasured.join(", "))
+            "the golden file is from before it recorded {}; of parameters the present defaults hold. Bless again to \
+             record all of it",
+            inert_line(&unknown.join(", "))
         ));
     }
     notes
 }
 
-/// What is otherwise on the terms of the comparison: tolerances, configuration, log.
+/// The configuration that ships, for a log of which the golden file holds a part.
+fn shipped_for(golden: &Config, texts: &[String]) -> Result<Config, CheckError> {
+    let mut part = Config::default();
+    part.input.start = golden.input.start;
+    part.input.end = golden.input.end;
+    part.input.sonars.clone_from(&golden.input.sonars);
+    Ok(as_recorded(&layered(part, texts)?)?)
+}
+
+/// What is otherwise on the terms of the comparison.
 fn changed_terms(old: &Golden, new: &Golden) -> Vec<String> {
     let mut notes = Vec::new();
     let [before, after] =
@@ -268,34 +305,7 @@ fn changed_terms(old: &Golden, new: &Golden) -> Vec<String> {
             notes.push(format!("tolerance {key} {was} -> {value}"));
         }
     }
-    let [before, after] =
-        [old, new].map(|golden| golden.config.iter().flat_map(settings).collect());
-    let (before, after): (Vec<String>, Vec<String>) = (before, after);
-    let gone = before.iter().filter(|line| !after.contains(line));
-    let come = after.iter().filter(|line| !before.contains(line));
-    notes.extend(gone.map(|line| format!("configuration before: {line}")));
-    notes.extend(come.map(|line| format!("configuration now: {line}")));
-    let [before, after] =
-        [old, new].map(|golden| golden.log.as_ref().map(|log| &log.events_sha256));
-    if before != after {
-        notes.push("the log holds other events than before".to_owned());
-    }
     notes
-}
-
-/// A configuration as lines of `section.key = value`.
-fn settings(config: &Config) -> Vec<String> {
-    let mut section = String::new();
-    let mut settings = Vec::new();
-    for line in render(config).lines() {
-        let line = line.split(" #").next().unwrap_or_default().trim();
-        if line.starts_with('[') {
-            section = line.trim_matches(['[', ']']).to_owned() + ".";
-        } else if line.contains('=') && !line.starts_with('#') {
-            settings.push(format!("{section}{line}"));
-        }
-    }
-    settings
 }
 
 /// A directory for artefacts.

@@ -9,11 +9,13 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 
 use super::report::{CheckResult, Report};
-use crate::tools::golden::{SECTIONS, sections};
+use crate::tools::golden::{SECTIONS, headlines, sections};
 
 /// A test suite's name, its cases, and what is to be said beside them.
 struct TestSuite {
     name: String,
+    /// How long it took, seconds; of that, all is the first case's.
+    seconds: f64,
     cases: Vec<TestCase>,
     notes: Vec<String>,
 }
@@ -40,8 +42,9 @@ enum TestResult {
 pub fn junit(reports: &[Report], notes: &[String], strict: bool) -> io::Result<String> {
     let suite = |report: &Report| TestSuite {
         name: report.log.display().to_string(),
+        seconds: report.seconds,
         cases: cases(report, strict),
-        notes: report.notes.clone(),
+        notes: said(report),
     };
     let mut suites: Vec<TestSuite> = reports.iter().map(suite).collect();
     if suites.is_empty() {
@@ -50,7 +53,9 @@ pub fn junit(reports: &[Report], notes: &[String], strict: bool) -> io::Result<S
     }
     if !notes.is_empty() {
         let result = TestResult::Skipped(notes.join("\n"));
-        suites.push(whole_run("golden files without a log", result, notes));
+        let notes = notes.iter().map(|note| format!("note: {note}"));
+        let notes: Vec<String> = notes.collect();
+        suites.push(whole_run("golden files without a log", result, &notes));
     }
     render(&suites)
 }
@@ -68,9 +73,23 @@ pub fn refused(why: &str) -> io::Result<String> {
 fn whole_run(name: &'static str, result: TestResult, notes: &[String]) -> TestSuite {
     TestSuite {
         name: "tmam check".to_owned(),
+        seconds: 0.0,
         cases: vec![TestCase { name, result }],
         notes: notes.to_vec(),
     }
+}
+
+/// The headlines, the notes, and where to look, as Jenkins and GitLab find attachments.
+fn said(report: &Report) -> Vec<String> {
+    let found = report.compared.as_ref().map(|compared| &compared.found);
+    let head = found.filter(|found| !found.matches(true));
+    let head = head.map_or_else(Vec::new, |found| {
+        headlines(found, report.recording.as_deref())
+    });
+    let notes = report.notes.iter().map(|note| format!("note: {note}"));
+    let files = report.artifacts.iter();
+    let files = files.map(|path| format!("[[ATTACHMENT|{}]]", path.display()));
+    head.into_iter().chain(notes).chain(files).collect()
 }
 
 fn cases(report: &Report, strict: bool) -> Vec<TestCase> {
@@ -85,7 +104,7 @@ fn cases(report: &Report, strict: bool) -> Vec<TestCase> {
     let Some(compared) = compared.filter(|_| report.result != CheckResult::Blessed) else {
         return vec![error.unwrap_or_else(|| case("golden file", TestResult::Passed))];
     };
-    let differing = sections(&compared.found, report.recording.as_deref(), strict);
+    let differing = sections(&compared.found, strict);
     let names = SECTIONS
         .into_iter()
         .filter(|name| strict || *name != "borderline labels");
@@ -121,14 +140,15 @@ fn write_suite(xml: &mut Xml, suite: &TestSuite, id: u32) -> io::Result<()> {
     let failures = count(|result| matches!(result, TestResult::Failed(_)));
     let errors = count(|result| matches!(result, TestResult::Error(..)));
     let skipped = count(|result| matches!(result, TestResult::Skipped(_)));
+    let time = format!("{:.3}", suite.seconds);
     let element = xml.create_element("testsuite").with_attributes([
         ("name", name.as_str()),
         ("package", "tmam"),
         ("id", id.to_string().as_str()),
-        // The same logs give the same report, so it names neither time nor machine.
+        // It names neither day nor machine.
         ("timestamp", "1970-01-01T00:00:00"),
         ("hostname", "localhost"),
-        ("time", "0"),
+        ("time", time.as_str()),
         ("tests", count(|_| true).as_str()),
         ("failures", failures.as_str()),
         ("errors", errors.as_str()),
@@ -136,11 +156,11 @@ fn write_suite(xml: &mut Xml, suite: &TestSuite, id: u32) -> io::Result<()> {
     ]);
     element.write_inner_content(|xml| {
         xml.create_element("properties").write_empty()?;
-        for case in &suite.cases {
-            write_case(xml, case, &name)?;
+        for (place, case) in suite.cases.iter().enumerate() {
+            let time = if place == 0 { time.as_str() } else { "0" };
+            write_case(xml, case, &name, time)?;
         }
-        let notes = suite.notes.iter();
-        let notes = notes.map(|note| clean(&format!("note: {note}")));
+        let notes = suite.notes.iter().map(|note| clean(note));
         let notes = notes.collect::<Vec<_>>().join("\n");
         let out = xml.create_element("system-out");
         match notes.is_empty() {
@@ -153,10 +173,10 @@ fn write_suite(xml: &mut Xml, suite: &TestSuite, id: u32) -> io::Result<()> {
     Ok(())
 }
 
-fn write_case(xml: &mut Xml, case: &TestCase, log: &str) -> io::Result<()> {
+fn write_case(xml: &mut Xml, case: &TestCase, log: &str, time: &str) -> io::Result<()> {
     /// More differences of a section than this are counted, not listed.
     const LISTED: usize = 200;
-    let attributes = [("name", case.name), ("classname", log), ("time", "0")];
+    let attributes = [("name", case.name), ("classname", log), ("time", time)];
     let element = xml.create_element("testcase").with_attributes(attributes);
     let (tag, kind, message, text) = match &case.result {
         TestResult::Passed => {

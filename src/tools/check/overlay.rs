@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use crate::core::wording::counted;
 use crate::observe::drawing::{Overlay, Sketched};
 use crate::tools::golden::{
-    Comparison, Difference, Feature, FeatureDifference, Geometry, Golden, Results, describe,
+    Comparison, Difference, Feature, Geometry, Golden, Results, describe, headlines,
 };
 
 /// More differences than this are counted, not listed.
@@ -20,16 +20,18 @@ pub fn overlay(
     around: Option<u32>,
 ) -> Overlay {
     // What is in no frame, as another log's events, is looked for in all of them.
-    let everywhere = found.differences.iter().any(|one| one.frames().is_none());
+    let mut failing = found.differences.iter().filter(|one| one.fails(true));
+    let everywhere = failing.any(|one| one.frames().is_none());
     let only = around
         .filter(|_| !everywhere)
         .map(|around| windows(found, around))
         .filter(|windows| !windows.is_empty());
     let before = found.elsewhere().filter_map(|one| one.golden.as_ref());
+    let now = found.elsewhere().filter_map(|one| one.actual.as_ref());
     Overlay {
         golden: golden.results.map.iter().filter_map(sketched).collect(),
         before: before.filter_map(sketched).collect(),
-        now: found.elsewhere().filter_map(now).collect(),
+        now: now.filter_map(sketched).collect(),
         labels: labels(found),
         notes: notes(actual, found),
         first_frame: found.first_frame(),
@@ -39,24 +41,11 @@ pub fn overlay(
     }
 }
 
-/// A feature as it is, by the name that the differences give it: that of the golden file.
-fn now(one: &FeatureDifference) -> Option<Sketched> {
-    let now = one.actual.as_ref()?;
-    let sketched = sketched(now)?;
-    let name = match &one.golden {
-        Some(golden) if golden.id != now.id => {
-            format!("{} {} (now {})", golden.kind().name(), golden.id, now.id)
-        }
-        _ => sketched.name,
-    };
-    Some(Sketched { name, ..sketched })
-}
-
 fn sketched(feature: &Feature) -> Option<Sketched> {
     Some(Sketched {
         ends: feature.geometry.ends()?,
         is_point: matches!(feature.geometry, Geometry::Point { .. }),
-        name: format!("{} {}", feature.kind().name(), feature.id),
+        name: feature.place(),
     })
 }
 
@@ -124,9 +113,9 @@ fn windows(found: &Comparison, around: u32) -> Vec<[u32; 2]> {
 }
 
 fn about(golden: &Golden, found: &Comparison, around: Option<u32>, narrowed: bool) -> String {
-    let clear = found.differences.iter().filter(|one| !one.is_borderline());
+    let clear = found.differences.iter().filter(|one| one.fails(false));
     let mut text = format!(
-        "## Differences from the golden file\n\n\
+        "## Differences from the golden file\n\n{}\n\
          **{}**, listed as *DIFFERS* in the events; the recording opens at the first. \
          The golden file was blessed with tmam {}.\n\n\
          | colour | what |\n|---|---|\n\
@@ -134,6 +123,10 @@ fn about(golden: &Golden, found: &Comparison, around: Option<u32>, narrowed: boo
          | bright teal | of that map, what moved or is missing, as it was |\n\
          | magenta | what moved or is new, as it is; arcs whose label changed, in their frame |\n\n\
          The time cursor is held at the first difference by a loop over that frame: drag it, or turn the loop off to play.\n\n",
+        headlines(found, None)
+            .iter()
+            .map(|line| format!("- {line}\n"))
+            .collect::<String>(),
         counted(clear.count() as u64, "difference"),
         golden.written_by.version,
     );
@@ -157,7 +150,7 @@ mod tests {
     use crate::tools::golden::{LabelRun, Mark, State, StrayedArc, Tolerance, compare};
 
     #[test]
-    fn only_what_is_elsewhere_is_drawn_as_that_and_by_the_name_in_the_text() {
+    fn only_what_is_elsewhere_is_drawn_as_that_by_its_place() {
         let wall = |id, y, readings| Feature {
             id,
             readings,
@@ -179,21 +172,20 @@ mod tests {
         ]);
         let comparison = compare(&then, &actual, &Tolerance::default());
         assert_eq!(comparison.differences.len(), 4);
-        let golden = Golden::new(None, None, Tolerance::default(), then);
+        let golden = Golden::new(None, Tolerance::default(), then);
         let over = overlay(&golden, &actual, &comparison, None);
         let names = |all: &[Sketched]| all.iter().map(|one| one.name.clone()).collect::<Vec<_>>();
-        assert_eq!(names(&over.before), ["line 10", "line 12"]);
-        assert_eq!(names(&over.now), ["line 10 (now 11)", "line 13"]);
+        let at = |y: f64| format!("line (0.00, {y:.2}) to (4.00, {y:.2}) m");
+        assert_eq!(names(&over.before), [at(9.0), at(1.0)]);
+        assert_eq!(names(&over.now), [at(-5.0), at(1.05)]);
     }
 
     #[test]
     fn differences_in_no_frame_are_shown_in_all_of_them() {
-        let golden = Golden::new(None, None, Tolerance::default(), Results::default());
+        let golden = Golden::new(None, Tolerance::default(), Results::default());
         let mut comparison = Comparison::default();
-        let log = || String::new();
-        comparison.differences.push(Difference::Log {
-            golden: log(),
-            actual: log(),
+        comparison.differences.push(Difference::Requirement {
+            text: String::new(),
         });
         let shown = |comparison: &Comparison| {
             let over = overlay(&golden, &Results::default(), comparison, Some(2));
@@ -209,6 +201,7 @@ mod tests {
             actual: Some(Mark::Contact),
             reason: None,
             frames: Some([500, 500]),
+            at: None,
             arcs: vec![StrayedArc::new(0, Some(500), None)],
         });
         // Nor does one that is in a frame beside them hide them.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value as Json, json};
 
+use super::require::RequirementError;
 use crate::core::exit::Exit;
 use crate::core::replay::ReplayError;
 use crate::core::tool::Tool;
@@ -11,7 +12,9 @@ use crate::io::config::file::ConfigError;
 use crate::io::log::LogError;
 use crate::io::output::OutputError;
 use crate::observe::viewer;
-use crate::tools::golden::{Comparison, Feature, GoldenError, ToleranceError, differences_in_json};
+use crate::tools::golden::{
+    Comparison, Feature, GoldenError, Quality, ToleranceError, differences_in_json,
+};
 
 /// The name and version of the JSON format.
 const SCHEMA: &str = "tmam.check/1";
@@ -27,14 +30,18 @@ pub struct Report {
     pub notes: Vec<String>,
     /// `None` where it did not come to a comparison.
     pub compared: Option<Compared>,
+    /// How good the results are; `None` where there are none.
+    pub quality: Option<Quality>,
     /// Files that were written for people to look into.
     pub artifacts: Vec<PathBuf>,
     /// The recording among them.
     pub recording: Option<PathBuf>,
+    /// How long it took, seconds.
+    pub seconds: f64,
 }
 
 /// A comparison, and the map that was blessed.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Compared {
     pub map: Vec<Feature>,
     pub found: Comparison,
@@ -78,8 +85,8 @@ pub enum CheckError {
     )]
     BlessInCi,
     #[error(
-        "check replays each log with the configuration in its golden file, so parameters have no place here; they go \
-         with --bless, or try `tmam diff`"
+        "check replays each log with the configuration in its golden file, so parameters have a place only beside \
+         --bless, or beside --config FILE, which holds the logs to that configuration; or try `tmam diff`"
     )]
     ParametersWithoutBless,
     #[error("--partition `{text}` is no part of a suite; give I/N with 1 <= I <= N, such as 2/4")]
@@ -106,6 +113,16 @@ pub enum CheckError {
     Config(#[from] ConfigError),
     #[error(transparent)]
     Recording(#[from] viewer::Error),
+    #[error("{}: {source}", path.display())]
+    Suite {
+        path: PathBuf,
+        source: RequirementError,
+    },
+    #[error("cannot read {}: {source}", path.display())]
+    ReadSuite {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("cannot form the report: {0}")]
     Report(#[from] std::io::Error),
 }
@@ -209,6 +226,10 @@ fn log(report: &Report) -> Json {
         "verdict": report.result.name(),
         "reason": report.result.reason(),
         "notes": report.notes,
+        "quality": found.and_then(|found| found.quality).map(|[then, now]| json!({
+            "trend": now.trend(&then), "golden": then, "actual": now,
+        })),
+        "causes": found.map_or_else(Vec::new, |found| found.causes().collect()),
         "first_frame": found.and_then(Comparison::first_frame),
         "differences": differences,
         "borderline": borderline,

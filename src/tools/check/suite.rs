@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use super::job::{Artifacts, Job, artifacts_of};
+use super::job::{Artifacts, Job, Terms, artifacts_of};
 use super::report::{CheckError, Report};
+use super::require::Requirements;
 use crate::io::output::OutputError;
 use crate::io::outputs::{OutputsError, refuse_collisions};
 use crate::tools::golden::{Tolerance, is_set};
@@ -32,6 +34,12 @@ pub struct Options {
     pub layers: Vec<String>,
     /// Tolerances to bless with, as `KEY=VALUE`.
     pub tolerances: Vec<String>,
+    /// The configuration that ships, as such texts, to hold the logs to instead of that in their golden files.
+    pub shipped: Option<Vec<String>>,
+    /// Compare nothing but the confirmed features of the map.
+    pub only_map: bool,
+    /// A file that says what is required of the results.
+    pub suite: Option<PathBuf>,
 }
 
 impl Options {
@@ -65,6 +73,7 @@ pub struct Suite {
     options: Options,
     jobs: Vec<Job>,
     artifacts: Option<Artifacts>,
+    required: Requirements,
     notes: Vec<String>,
 }
 
@@ -77,6 +86,10 @@ impl Suite {
         if !options.layers.is_empty() && !options.bless {
             return Err(CheckError::ParametersWithoutBless);
         }
+        let required = match &options.suite {
+            Some(path) => required(path)?,
+            None => Requirements::default(),
+        };
         let partition = options.partition.as_deref().map(Partition::parse);
         let partition = partition.transpose()?;
         let ci = std::env::var("CI").is_ok_and(|value| is_set(&value));
@@ -123,6 +136,7 @@ impl Suite {
                 directory,
                 around: options.around,
             }),
+            required,
             options,
             jobs,
             notes,
@@ -137,18 +151,38 @@ impl Suite {
     /// Checks or blesses every log, and goes on after one that fails; `tell` hears of each.
     pub fn run(&self, mut tell: impl FnMut(&Report)) -> Vec<Report> {
         let options = &self.options;
+        let terms = Terms {
+            strict: options.strict,
+            only_map: options.only_map,
+            shipped: options.shipped.as_deref(),
+            required: &self.required,
+            artifacts: self.artifacts.as_ref(),
+        };
         let jobs = self.jobs.iter();
         jobs.map(|job| {
-            let report = if options.bless {
+            let begun = Instant::now();
+            let mut report = if options.bless {
                 job.bless(&options.layers, &options.tolerances)
             } else {
-                job.check(options.strict, self.artifacts.as_ref())
+                job.check(&terms)
             };
+            report.seconds = begun.elapsed().as_secs_f64();
             tell(&report);
             report
         })
         .collect()
     }
+}
+
+fn required(path: &Path) -> Result<Requirements, CheckError> {
+    let text = std::fs::read_to_string(path).map_err(|source| CheckError::ReadSuite {
+        path: path.to_owned(),
+        source,
+    })?;
+    Requirements::parse(&text).map_err(|source| CheckError::Suite {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 fn same_file(one: &Path, other: &Path) -> bool {

@@ -8,7 +8,7 @@ use crate::core::exit::Exit;
 use crate::core::geometry::Vec2;
 use crate::core::legible::{inert_line, legible};
 use crate::tools::golden::{
-    Comparison, Feature, FeatureDifference, Geometry, SECTIONS, SHOWN, sections,
+    Comparison, Feature, FeatureDifference, Geometry, Quality, SHOWN, from_to, headlines, sections,
 };
 
 /// GitHub shows no summary of a step that is longer than 1 MiB; other steps may add to this one.
@@ -30,6 +30,9 @@ pub fn refused(why: &str) -> String {
     text
 }
 
+const HEAD: &str = "| log | verdict | it got | walls | points | labelled arcs | suspects | explained | wrong labels | differences |\n\
+                    |---|---|---|--:|--:|--:|--:|--:|--:|--:|\n";
+
 const TITLE: &str = "## Sonar maps against golden files\n\n";
 
 fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> String {
@@ -45,9 +48,13 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
         block(&mut text, &format!("note: {note}"));
     }
     if !reports.is_empty() {
-        text.push_str(
-            "| log | verdict | sonars | map | features | labels | borderline |\n|---|---|--:|--:|--:|--:|--:|\n",
-        );
+        text.push_str(HEAD);
+    }
+    let known = reports.iter().filter_map(quality);
+    let (then, now): (Vec<Quality>, Vec<Quality>) = known.unzip();
+    if then.len() > 1 {
+        let all = (Quality::of_all(&then), Quality::of_all(&now));
+        let _ = writeln!(text, "| **all {}** | | {} | |", then.len(), columns(&all));
     }
     // Those that need somebody's eye come first where not all have room.
     let mut in_order: Vec<&Report> = reports.iter().collect();
@@ -76,15 +83,31 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
 }
 
 fn row(report: &Report) -> String {
+    let found = report.compared.as_ref().map(|compared| &compared.found);
+    let differ = found.map(|found| found.differences.iter().filter(|one| one.fails(false)));
     format!(
-        "| {} | {} | {} |\n",
+        "| {} | {} | {} | {} |\n",
         code(&report.log.display().to_string()),
         result(report),
-        numbers(report).map_or_else(
-            || "- | - | - | - | -".to_owned(),
-            |n| n.map(|n| n.to_string()).join(" | ")
-        ),
+        quality(report).map_or_else(|| ["-"; 7].join(" | "), |both| columns(&both)),
+        differ.map_or_else(|| "-".to_owned(), |differ| differ.count().to_string()),
     )
+}
+
+/// How good a log's results were and are; where it is not known what they were, as they are.
+fn quality(report: &Report) -> Option<(Quality, Quality)> {
+    let now = report.quality?;
+    let found = report.compared.as_ref().map(|compared| &compared.found);
+    let then = found.and_then(|found| found.quality).map(|[then, _]| then);
+    Some((then.unwrap_or(now), now))
+}
+
+/// Whether it got better, and its numbers, then and now.
+fn columns((then, now): &(Quality, Quality)) -> String {
+    let numbers = then.columns().into_iter().zip(now.columns());
+    let numbers = numbers.map(|(then, now)| from_to(&then, &now).replace("->", "→"));
+    let trend = std::iter::once(now.trend(then).name().to_owned());
+    trend.chain(numbers).collect::<Vec<_>>().join(" | ")
 }
 
 fn needs_a_look(report: &Report) -> bool {
@@ -100,26 +123,11 @@ fn result(report: &Report) -> String {
     }
 }
 
-/// Differences in the sonars and their noise, the map, the extracted features and the labels, and borderline labels.
-fn numbers(report: &Report) -> Option<[usize; 5]> {
-    let found = &report.compared.as_ref()?.found;
-    let count = |section: &str| {
-        let of_it = found.differences.iter();
-        let of_it = of_it.filter(|one| one.section() == section);
-        let counts = of_it.map(|one| one.labels().map_or(1, |run| run.arcs.len()));
-        counts.sum::<usize>()
-    };
-    let [_, noise, sonars, map, extracted, labels, borderline] = SECTIONS.map(count);
-    Some([noise + sonars, map, extracted, labels, borderline])
-}
-
 // Writing to a string cannot fail.
 fn details(report: &Report, strict: bool) -> String {
     let mut text = String::new();
     let compared = report.compared.as_ref();
-    let sections = compared.map_or_else(Vec::new, |compared| {
-        sections(&compared.found, report.recording.as_deref(), strict)
-    });
+    let sections = compared.map_or_else(Vec::new, |compared| sections(&compared.found, strict));
     let nothing =
         sections.is_empty() && report.result.reason().is_none() && report.notes.is_empty();
     if nothing {
@@ -132,13 +140,19 @@ fn details(report: &Report, strict: bool) -> String {
     for note in &report.notes {
         block(&mut text, &format!("note: {note}"));
     }
-    for section in &sections {
+    if let Some(compared) = compared.filter(|_| !sections.is_empty()) {
+        let head = headlines(&compared.found, report.recording.as_deref());
+        if !head.is_empty() {
+            block(&mut text, &head.join("\n"));
+        }
+    }
+    for section in sections.iter().filter(|section| section.name != "cause") {
         let _ = writeln!(text, "**{}**\n", section.heading.replace("->", "→"));
         let lines = &section.lines;
         let shown = lines.iter().take(SHOWN).map(String::as_str);
         block(&mut text, &shown.collect::<Vec<_>>().join("\n"));
         if lines.len() > SHOWN {
-            let _ = writeln!(text, "... and {} more\n", lines.len() - SHOWN);
+            let _ = writeln!(text, "and {} more\n", lines.len() - SHOWN);
         }
     }
     if needs_a_look(report)
@@ -251,8 +265,10 @@ mod tests {
             result: CheckResult::Unusable(reason.to_owned()),
             notes: Vec::new(),
             compared: None,
+            quality: None,
             artifacts: Vec::new(),
             recording: None,
+            seconds: 0.0,
         }
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::report::{CheckResult, Report};
 use crate::core::legible::inert_line;
-use crate::tools::golden::sections;
+use crate::tools::golden::{headlines, sections};
 
 /// One log: what came of it, and what differs.
 pub fn report(report: &Report, shown: usize, strict: bool) -> String {
@@ -25,7 +25,12 @@ pub fn report(report: &Report, shown: usize, strict: bool) -> String {
         say(4, reason);
     }
     if let Some(compared) = &report.compared {
-        for section in sections(&compared.found, report.recording.as_deref(), strict) {
+        let is_told = !compared.found.matches(true);
+        for line in headlines(&compared.found, report.recording.as_deref()) {
+            say(4, if is_told { &line } else { "" });
+        }
+        let told = sections(&compared.found, strict).into_iter();
+        for section in told.filter(|section| section.name != "cause") {
             say(4, &section.listed(shown));
         }
         if report.result == CheckResult::Blessed && compared.found.matches(true) {

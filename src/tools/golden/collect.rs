@@ -1,18 +1,18 @@
-//! The results of a replay, and which log they are of.
+//! The results of a replay.
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
+use super::profile::LogInfo;
+use super::quality::Quality;
 use super::results::{
-    Feature, Geometry, LabelledArc, Labels, Margin, Mark, Measured, RangeSigma, Results, micro,
-    sigma_of,
+    Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results, sigma_of,
 };
-use crate::core::event::{Sonar, SonarId, name_of};
+use crate::core::event::{Sonar, name_of};
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
+use crate::core::statistics::seconds;
 use crate::core::tmam::feature::{MapFeature, Shape};
-use crate::core::tmam::label::Label;
+use crate::core::tmam::label::{Kind, Label};
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Extraction;
 
@@ -20,17 +20,34 @@ use crate::core::tmam::step::Extraction;
 pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
     let runs = outcome.extractions.iter();
     let spans = spans(runs.filter_map(|run| Some((run.map_feature?.id, frames(run)?))));
+    let timed = |feature: Feature| {
+        let second = |frame: u32| {
+            let stamp = outcome.frame_stamps.get(usize::try_from(frame).ok()?)?;
+            let milliseconds = libm::rint(seconds(setting.origin_ns, *stamp) * 1e3);
+            Some(milliseconds / 1e3)
+        };
+        let seconds = feature
+            .frames
+            .and_then(|[first, last]| Some([second(first)?, second(last)?]));
+        Feature { seconds, ..feature }
+    };
     let map = outcome.map.iter();
-    let extractions = outcome.extractions.iter();
+    let map = map.map(|one| timed(registered(one, spans.get(&one.id).copied())));
+    let map: Vec<Feature> = map.collect();
+    let confirmed = [Kind::Line, Kind::Point].map(|kind| {
+        let is_one = |one: &&Feature| one.kind() == kind && one.is_confirmed();
+        map.iter().filter(is_one).count() as u64
+    });
+    let extracted = outcome.extractions.iter();
+    let extracted = extracted.map(|one| timed(self::extracted(one, setting.sonars)));
     Results {
-        map: map
-            .map(|one| registered(one, spans.get(&one.id).copied()))
-            .collect(),
-        extracted: extractions
-            .map(|one| extracted(one, setting.sonars))
-            .collect(),
+        quality: Some(Quality::of(outcome, confirmed)),
+        map,
+        extracted: extracted.collect(),
         labels: Some(labels(setting.sonars, outcome)),
         noise: RangeSigma::of(outcome.variance_from, setting.config),
+        log: Some(LogInfo::of(setting)),
+        findings: None,
     }
 }
 
@@ -38,7 +55,6 @@ pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
 pub fn labels(sonars: &[Sonar], outcome: &Outcome) -> Labels {
     let mut labels = Labels {
         frame_stamps: outcome.frame_stamps.clone(),
-        measured: measured(sonars, outcome),
         ..Labels::default()
     };
     for report in &outcome.reports {
@@ -50,26 +66,6 @@ pub fn labels(sonars: &[Sonar], outcome: &Outcome) -> Labels {
         arcs.sort_by_key(|arc| (arc.stamp_ns, arc.frame));
     }
     labels
-}
-
-/// Mount and mean range of each sonar that gave an arc.
-fn measured(sonars: &[Sonar], outcome: &Outcome) -> BTreeMap<String, Measured> {
-    let mut ranges = BTreeMap::<SonarId, (u32, f64)>::new();
-    for report in &outcome.reports {
-        let (count, sum) = ranges.entry(report.arc.id.sonar).or_default();
-        *count += 1;
-        *sum += report.arc.range;
-    }
-    let of = |(id, (count, sum)): (&SonarId, &(u32, f64))| {
-        let sonar = sonars.get(id.index())?;
-        let mount = sonar.robot_from_sensor;
-        let measured = Measured {
-            mount: [mount.x, mount.y, mount.yaw].map(micro),
-            mean_range: micro(sum / f64::from(*count)),
-        };
-        Some((sonar.name.clone(), measured))
-    };
-    ranges.iter().filter_map(of).collect()
 }
 
 fn extracted(extraction: &Extraction, sonars: &[Sonar]) -> Feature {
@@ -147,24 +143,5 @@ fn shaped(shape: &Shape) -> Feature {
     Feature {
         sigma: sigma_of([covariance.m11, covariance.m22]),
         ..feature
-    }
-}
-
-/// The log that results come from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LogInfo {
-    /// Its file name.
-    pub file: String,
-    /// The digest of its events.
-    pub events_sha256: String,
-}
-
-impl LogInfo {
-    pub fn of(setting: &Setting<'_>) -> Self {
-        Self {
-            file: setting.source.file.clone(),
-            events_sha256: setting.events_sha256.to_owned(),
-        }
     }
 }

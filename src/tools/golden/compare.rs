@@ -8,43 +8,83 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
 
+use super::cause::{causes, delays};
 use super::difference::{
-    Change, ChangeUnit, Comparison, Difference, FeatureDifference, LabelRun, NumberChange, State,
-    StrayedArc,
+    Change, ChangeUnit, Comparison, Difference, FeatureDifference, FindingDifference, LabelRun,
+    NumberChange, State, StrayedArc,
 };
 use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::assignment::assign;
 use crate::core::geometry::{Vec2, unit, wrap_angle};
+use crate::core::statistics::seconds;
 use crate::core::tmam::label::Kind;
 use ChangeUnit::{Count, Metres, Radians, Relative};
 
 /// What `actual` has otherwise than `golden`, beyond the tolerance.
 ///
-/// Features are paired by nearness, lines with lines and points with points, never by id or place;
-/// labels by sonar and stamp, where both sides have labels.
+/// Features are paired by nearness, lines with lines and points with points, never by id or place in a list;
+/// labels by sonar and stamp, where both sides have labels. The gravest differences of each kind come first.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
-    let labels = golden.labels.as_ref().zip(actual.labels.as_ref());
+    let logs = golden.log.as_ref().zip(actual.log.as_ref());
+    let causes = logs.map_or_else(Vec::new, |(then, now)| causes(then, now));
+    let mut differences: Vec<Difference> = causes.into_iter().map(Difference::Cause).collect();
     let noise = noise(golden.noise, actual.noise, tolerance);
-    let noise = noise.map(|change| Difference::Noise { changes: [change] });
-    let mut differences: Vec<Difference> = noise.into_iter().collect();
-    if let Some((golden, actual)) = labels {
-        differences.extend(sonars(golden, actual, tolerance));
+    differences.extend(noise.map(|change| Difference::Noise { changes: [change] }));
+    if let (Some(then), Some(now)) = (&golden.findings, &actual.findings) {
+        differences.extend(findings(then, now).map(Difference::Finding));
     }
-    let map = features(&golden.map, &actual.map, tolerance).map(Box::new);
-    differences.extend(map.map(Difference::Map));
-    let extracted = features(&golden.extracted, &actual.extracted, tolerance).map(Box::new);
+    let frame_at = |seconds: f64| actual.frame_at(seconds);
+    let features = |golden, actual| {
+        let mut found: Vec<FeatureDifference> =
+            features(golden, actual, tolerance, &frame_at).collect();
+        found.sort_by(FeatureDifference::graver_first);
+        found.into_iter().map(Box::new)
+    };
+    differences.extend(features(&golden.map, &actual.map).map(Difference::Map));
+    let extracted = features(&golden.extracted, &actual.extracted);
     differences.extend(extracted.map(Difference::Extracted));
+    let labels = golden.labels.as_ref().zip(actual.labels.as_ref());
     if let Some((golden, actual)) = labels {
-        let (clear, near) = label_runs(golden, actual, tolerance);
+        let delays = logs.map_or_else(BTreeMap::new, |(then, now)| delays(then, now));
+        let origin = logs.and_then(|(_, now)| now.origin_ns());
+        let (mut clear, mut near) = label_runs(golden, actual, &delays, tolerance);
+        for run in clear.iter_mut().chain(&mut near) {
+            let first = run.arcs.first().map(|arc| arc.stamp_ns);
+            run.at = origin.zip(first).map(|(from, to)| seconds(from, to));
+        }
+        clear.sort_by(LabelRun::graver_first);
+        near.sort_by(LabelRun::graver_first);
         differences.extend(clear.into_iter().map(Difference::Labels));
         differences.extend(near.into_iter().map(Difference::Borderline));
     }
     Comparison {
         differences,
         label_counts: labels.map(|(golden, actual)| [golden.counts(), actual.counts()]),
+        quality: golden
+            .quality
+            .zip(actual.quality)
+            .map(|(then, now)| [then, now]),
         tolerance: *tolerance,
     }
+}
+
+/// What a replay warns of now and did not, and the other way round.
+fn findings(
+    then: &BTreeMap<String, String>,
+    now: &BTreeMap<String, String>,
+) -> impl Iterator<Item = FindingDifference> {
+    let only = |state, these: &BTreeMap<String, String>, those: &BTreeMap<String, String>| {
+        let found = these.iter().filter(|(code, _)| !those.contains_key(*code));
+        let found = found.map(|(code, text)| FindingDifference {
+            state,
+            code: code.clone(),
+            text: text.clone(),
+        });
+        found.collect::<Vec<_>>()
+    };
+    let new = only(State::New, now, then);
+    new.into_iter().chain(only(State::Missing, then, now))
 }
 
 /// The change of a number, where it is beyond the tolerance.
@@ -98,52 +138,12 @@ fn noise(golden: RangeSigma, actual: RangeSigma, tolerance: &Tolerance) -> Optio
     }
 }
 
-/// The sonars that are gone, new, mounted otherwise or measure otherwise.
-fn sonars(golden: &Labels, actual: &Labels, tolerance: &Tolerance) -> Vec<Difference> {
-    let changes = |sensor: &String| {
-        let [then, now] = [golden, actual].map(|labels| labels.sonars.get(sensor).map(Vec::len));
-        let arcs = |then: String, now: String| vec![word("arcs", then, now)];
-        match (then, now) {
-            (Some(then), None) => {
-                return arcs(then.to_string(), "none, the sonar is gone".to_owned());
-            }
-            (None, Some(now)) => {
-                return arcs("none".to_owned(), format!("{now}, the sonar is new"));
-            }
-            _ => {}
-        }
-        let measured = golden.measured.get(sensor).zip(actual.measured.get(sensor));
-        measured.map_or_else(Vec::new, |(then, now)| {
-            let ([x, y, yaw], [u, v, turned]) = (then.mount, now.mount);
-            let (position, theta, rho) = (tolerance.position, tolerance.theta, tolerance.rho);
-            let changes = [
-                number("mount x", Metres, x, u, position),
-                number("mount y", Metres, y, v, position),
-                number("mount yaw", Radians, yaw, turned, theta),
-                number("mean range", Metres, then.mean_range, now.mean_range, rho),
-            ];
-            changes.into_iter().flatten().collect()
-        })
-    };
-    let names = [golden, actual].into_iter().flat_map(|labels| {
-        let measured = labels.measured.keys();
-        labels.sonars.keys().chain(measured).cloned()
-    });
-    let names: BTreeSet<String> = names.collect();
-    let found = names.into_iter().map(|sensor| Difference::Sonar {
-        changes: changes(&sensor),
-        sensor,
-    });
-    let differs =
-        |one: &Difference| !matches!(one, Difference::Sonar { changes, .. } if changes.is_empty());
-    found.filter(differs).collect()
-}
-
 /// Features that changed or are missing, in the order of `golden`, then the new ones.
 fn features<'a>(
     golden: &'a [Feature],
     actual: &'a [Feature],
     tolerance: &'a Tolerance,
+    frame_at: &'a dyn Fn(f64) -> Option<u32>,
 ) -> impl Iterator<Item = FeatureDifference> {
     let partners: BTreeMap<usize, usize> = pairs(golden, actual, tolerance).into_iter().collect();
     let paired: BTreeSet<usize> = partners.values().copied().collect();
@@ -156,11 +156,51 @@ fn features<'a>(
             if changes.as_ref().is_some_and(Vec::is_empty) {
                 return None;
             }
-            FeatureDifference::new(Some(feature), partner, changes.unwrap_or_default())
+            FeatureDifference::new(
+                Some(feature),
+                partner,
+                changes.unwrap_or_default(),
+                frame_at,
+            )
         });
     let unpaired = actual.iter().enumerate();
     let unpaired = unpaired.filter(move |(place, _)| !paired.contains(place));
-    known.chain(unpaired.filter_map(|(_, new)| FeatureDifference::new(None, Some(new), Vec::new())))
+    known.chain(
+        unpaired.filter_map(move |(_, new)| {
+            FeatureDifference::new(None, Some(new), Vec::new(), frame_at)
+        }),
+    )
+}
+
+/// Results to be held from now on: what is within tolerance stays as it was written.
+pub fn settled(golden: &Results, actual: Results, tolerance: &Tolerance) -> Results {
+    let settle = |golden: &[Feature], actual: &[Feature]| {
+        let mut settled = actual.to_vec();
+        for (was, is) in pairs(golden, actual, tolerance) {
+            if let (Some(was), Some(is)) = (golden.get(was), settled.get_mut(is))
+                && changes(was, is, tolerance).is_empty()
+                // Files from before hold no times.
+                && was.seconds.is_some() == is.seconds.is_some()
+            {
+                *is = was.clone();
+            }
+        }
+        settled
+    };
+    let known = golden.findings.clone().unwrap_or_default();
+    let findings = actual.findings.map(|found| {
+        let settled = found.into_iter().map(|(code, text)| {
+            let text = known.get(&code).cloned().unwrap_or(text);
+            (code, text)
+        });
+        settled.collect()
+    });
+    Results {
+        map: settle(&golden.map, &actual.map),
+        extracted: settle(&golden.extracted, &actual.extracted),
+        findings,
+        ..actual
+    }
 }
 
 /// What moved beyond its tolerance between a feature and its partner.
@@ -205,8 +245,8 @@ fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Cha
     changes
 }
 
-/// Frames that may lie between the runs of an extracted feature and of its partner.
-const FRAMES_APART: u32 = 10;
+/// Frames that may lie between the runs of an extracted feature and of its partner, and seconds.
+const APART: (f64, f64) = (10.0, 5.0);
 
 /// Pairs of places in the two lists.
 pub fn pairs(golden: &[Feature], actual: &[Feature], tolerance: &Tolerance) -> Vec<(usize, usize)> {
@@ -236,9 +276,11 @@ pub fn pairs(golden: &[Feature], actual: &[Feature], tolerance: &Tolerance) -> V
 /// Features that did not change at all.
 fn identical(golden: &[Feature], actual: &[Feature]) -> Vec<(usize, usize)> {
     let key = |f: &Feature| {
-        let (geometry, sensor, frames, fate) = (f.geometry, &f.sensor, f.frames, &f.fate);
-        (!f.is_unfitted())
-            .then(|| format!("{geometry:?} {sensor:?} {frames:?} {fate:?} {}", f.readings))
+        let (geometry, sensor, fate) = (f.geometry, &f.sensor, &f.fate);
+        (!f.is_unfitted()).then(|| {
+            let (seconds, readings) = (f.seconds, f.readings);
+            format!("{geometry:?} {sensor:?} {seconds:?} {fate:?} {readings}")
+        })
     };
     let mut waiting = BTreeMap::<String, Vec<usize>>::new();
     for (place, feature) in actual.iter().enumerate().rev() {
@@ -258,8 +300,13 @@ fn distance(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Option
     if golden.kind() != actual.kind() || golden.sensor != actual.sensor {
         return None;
     }
-    let apart = match (golden.frames, actual.frames) {
-        (Some(g), Some(a)) if golden.sensor.is_some() => frames_apart(g, a)?,
+    let apart = match (
+        (golden.seconds, actual.seconds),
+        (golden.frames, actual.frames),
+    ) {
+        _ if golden.sensor.is_none() => 0.0,
+        ((Some(g), Some(a)), _) => apart(g, a, APART.1)?,
+        (_, (Some(g), Some(a))) => apart(g.map(f64::from), a.map(f64::from), APART.0)?,
         _ => 0.0,
     };
     let gate = |way: f64, gate: f64| {
@@ -290,19 +337,17 @@ fn distance(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Option
 
 /// How far two runs lie apart, as a part of what may be: their gap must be small, and of two runs
 /// that could be meant the one that begins and ends alike is.
-fn frames_apart([a, b]: [u32; 2], [c, d]: [u32; 2]) -> Option<f64> {
-    let gap = c.saturating_sub(b).max(a.saturating_sub(d));
-    (gap <= FRAMES_APART).then(|| {
-        let shift = a.abs_diff(c).min(1000) + b.abs_diff(d).min(1000);
-        f64::from(shift) / 100.0
-    })
+fn apart([a, b]: [f64; 2], [c, d]: [f64; 2], most: f64) -> Option<f64> {
+    let gap = (c - b).max(a - d);
+    (gap <= most).then(|| ((a - c).abs() + (b - d).abs()).min(200.0 * most) / (10.0 * most))
 }
 
 /// The labels that differ, and those that flipped with less than the tolerance to spare. An arc is
-/// known by its sonar and its stamp.
+/// known by its sonar and its stamp, which may come later than it did.
 fn label_runs(
     golden: &Labels,
     actual: &Labels,
+    delays: &BTreeMap<String, i64>,
     tolerance: &Tolerance,
 ) -> (Vec<LabelRun>, Vec<LabelRun>) {
     let (mut clear, mut near): (Vec<LabelRun>, Vec<LabelRun>) = Default::default();
@@ -311,7 +356,12 @@ fn label_runs(
         let arcs = |labels: &'_ Labels| labels.sonars.get(sonar).cloned().unwrap_or_default();
         // An arc goes on with a run only where the one before it did the same.
         let mut going = None;
-        for (then, now) in by_stamp(&arcs(golden), &arcs(actual)) {
+        let mut before = arcs(golden);
+        let delay = delays.get(sonar).copied().unwrap_or_default();
+        for arc in &mut before {
+            arc.stamp_ns = arc.stamp_ns.saturating_add(delay);
+        }
+        for (then, now) in by_stamp(&before, &arcs(actual)) {
             let [was, is]: [Option<Mark>; 2] = [then, now].map(|arc| arc.map(|arc| arc.mark));
             let Some(arc) = now.or(then).filter(|_| was != is) else {
                 going = None;
@@ -330,6 +380,7 @@ fn label_runs(
                     actual: is,
                     reason: change.2,
                     frames: None,
+                    at: None,
                     arcs: Vec::new(),
                 });
             }

@@ -1,23 +1,23 @@
-//! What a comparison found: one list of differences, section by section, in words and as JSON.
+//! What a comparison found: one list of differences, section by section.
 
-use std::fmt::Write as _;
-use std::path::Path;
+use std::cmp::Ordering;
 
 use serde::{Serialize, Serializer};
-use serde_json::{Value as Json, json};
+use serde_json::json;
 
-use super::results::{Feature, Geometry, Margin, Mark};
+use super::cause::Cause;
+use super::quality::Quality;
+use super::results::{Feature, Margin, Mark};
 use super::tolerance::Tolerance;
-use crate::core::legible::inert_line;
 use crate::core::rounding::{optional, rounded};
 use crate::core::tmam::label::Kind;
-use crate::core::wording::counted;
 
 /// The sections of a report, in its order; the last one fails only with `--strict`.
-pub const SECTIONS: [&str; 7] = [
-    "log",
+pub const SECTIONS: [&str; 8] = [
+    "requirements",
+    "cause",
     "range noise",
-    "sonars",
+    "findings",
     "map",
     "extracted features",
     "labels",
@@ -31,6 +31,8 @@ pub struct Comparison {
     pub differences: Vec<Difference>,
     /// How many arcs had and have each label; `None` where one side holds no labels.
     pub label_counts: Option<[[u64; 3]; 2]>,
+    /// How good the results were and are; `None` where that is not known of both.
+    pub quality: Option<[Quality; 2]>,
     pub tolerance: Tolerance,
 }
 
@@ -38,20 +40,17 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Difference {
-    /// The log does not hold the events that the golden file was made from: both digests.
-    Log {
-        golden: String,
-        actual: String,
+    /// What somebody asked of the result, and it does not meet.
+    Requirement {
+        text: String,
     },
+    /// What is otherwise about the log or the configuration.
+    Cause(Cause),
     /// The noise of the ranges.
     Noise {
         changes: [Change; 1],
     },
-    /// A sonar that is gone, new, mounted otherwise or measures otherwise.
-    Sonar {
-        sensor: String,
-        changes: Vec<Change>,
-    },
+    Finding(FindingDifference),
     /// A feature of the map.
     Map(Box<FeatureDifference>),
     /// An extracted feature.
@@ -73,16 +72,26 @@ pub enum State {
     New,
 }
 
+/// What a replay warns of on one side only.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FindingDifference {
+    pub state: State,
+    /// Its name.
+    pub code: String,
+    #[serde(rename = "finding")]
+    pub text: String,
+}
+
 /// A feature that moved, went or came.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FeatureDifference {
     pub state: State,
     feature: Kind,
     /// As it was; `None` for a new one.
-    #[serde(rename = "golden_id", serialize_with = "id")]
+    #[serde(rename = "place", serialize_with = "place")]
     pub golden: Option<Feature>,
     /// As it is; `None` for a missing one.
-    #[serde(rename = "actual_id", serialize_with = "id")]
+    #[serde(rename = "id", serialize_with = "id")]
     pub actual: Option<Feature>,
     sensor: Option<String>,
     /// Its frames: as they are where it is there, else as they were.
@@ -143,6 +152,9 @@ pub struct LabelRun {
     pub reason: Option<&'static str>,
     /// First and last frame of the arcs.
     pub frames: Option<[u32; 2]>,
+    /// When the first of the arcs is, seconds after the first reading of the log.
+    #[serde(rename = "seconds", serialize_with = "optional")]
+    pub at: Option<f64>,
     /// In stamp order; never empty.
     pub arcs: Vec<StrayedArc>,
 }
@@ -175,13 +187,19 @@ impl FeatureDifference {
         golden: Option<&Feature>,
         actual: Option<&Feature>,
         changes: Vec<Change>,
+        frame_at: impl Fn(f64) -> Option<u32>,
     ) -> Option<Self> {
         let known = golden.or(actual)?;
+        let by_time = |feature: &Feature| {
+            let [first, last] = feature.seconds?;
+            Some([frame_at(first)?, frame_at(last)?])
+        };
         Some(Self {
             state: State::of(&golden, &actual),
             feature: known.kind(),
             sensor: known.sensor.clone(),
             frames: (actual.and_then(|feature| feature.frames))
+                .or_else(|| golden.and_then(by_time))
                 .or_else(|| golden.and_then(|feature| feature.frames)),
             golden: golden.cloned(),
             actual: actual.cloned(),
@@ -194,16 +212,49 @@ impl FeatureDifference {
         self.golden.as_ref().or(self.actual.as_ref())
     }
 
+    /// Puts what is further from where it was first; then what changed most in other ways.
+    pub fn graver_first(&self, other: &Self) -> Ordering {
+        let (place, amount) = self.gravity();
+        let (other_place, other_amount) = other.gravity();
+        other_place
+            .cmp(&place)
+            .then(other_amount.total_cmp(&amount))
+    }
+
+    /// Whether it is elsewhere, and how many tolerances it is off at most.
+    fn gravity(&self) -> (bool, f64) {
+        /// What is there on one side only is off by as many tolerances as part two features.
+        const GONE: f64 = 30.0;
+        let of_known = self.feature().map_or(0.0, |feature| {
+            let is_weak = !matches!(
+                feature.fate.as_deref(),
+                None | Some("confirmed" | "registered" | "merged")
+            );
+            let part = if is_weak { 0.0 } else { GONE };
+            part + f64::from(feature.readings) * 1e-3
+        });
+        match self.state {
+            State::Changed => {
+                let elsewhere = self.is_elsewhere();
+                let of_it = self.changes.iter();
+                let of_it = of_it.filter(|change| !elsewhere || change.is_of_place());
+                (elsewhere, of_it.map(Change::tolerances).fold(0.0, f64::max))
+            }
+            _ => (
+                self.feature().is_some_and(|known| !known.is_unfitted()),
+                of_known,
+            ),
+        }
+    }
+
     /// Whether it is not where it was: it moved, or is there on one side only.
     pub fn is_elsewhere(&self) -> bool {
-        let moved = |change: &Change| match change {
-            Change::Number(number) => {
-                matches!(number.unit, ChangeUnit::Metres | ChangeUnit::Radians)
-            }
-            Change::Word { .. } => false,
-        };
-        self.state != State::Changed || self.changes.iter().any(moved)
+        self.state != State::Changed || self.changes.iter().any(Change::is_of_place)
     }
+}
+
+fn place<S: Serializer>(feature: &Option<Feature>, serializer: S) -> Result<S::Ok, S::Error> {
+    feature.as_ref().map(Feature::place).serialize(serializer)
 }
 
 fn id<S: Serializer>(feature: &Option<Feature>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -211,6 +262,33 @@ fn id<S: Serializer>(feature: &Option<Feature>, serializer: S) -> Result<S::Ok, 
         .as_ref()
         .map(|feature| feature.id)
         .serialize(serializer)
+}
+
+impl Change {
+    /// Whether it says that something is elsewhere.
+    pub fn is_of_place(&self) -> bool {
+        let Self::Number(number) = self else {
+            return false;
+        };
+        matches!(number.unit, ChangeUnit::Metres | ChangeUnit::Radians)
+    }
+
+    /// How many tolerances it is; of a word, one.
+    pub fn tolerances(&self) -> f64 {
+        match self {
+            Self::Number(number) => number.tolerances(),
+            Self::Word { .. } => 1.0,
+        }
+    }
+}
+
+impl NumberChange {
+    /// How many tolerances it is.
+    pub fn tolerances(&self) -> f64 {
+        /// Of a tolerance of nothing.
+        const MANY: f64 = 1e6;
+        (self.delta / self.tolerance).abs().min(MANY)
+    }
 }
 
 impl Serialize for Change {
@@ -242,6 +320,17 @@ impl Serialize for Change {
 }
 
 impl LabelRun {
+    /// Puts a contact that became an intersection, or the other way round, before what was or is unidentified;
+    /// then the longer run.
+    pub fn graver_first(&self, other: &Self) -> Ordering {
+        let is_contrary = |run: &Self| {
+            let is_given = |mark| matches!(mark, Some(Mark::Contact | Mark::Intersection));
+            is_given(run.golden) && is_given(run.actual)
+        };
+        let by_kind = is_contrary(other).cmp(&is_contrary(self));
+        by_kind.then(other.arcs.len().cmp(&self.arcs.len()))
+    }
+
     pub fn push(&mut self, arc: StrayedArc) {
         if let Some(frame) = arc.frame {
             let [first, last] = self.frames.unwrap_or([frame; 2]);
@@ -270,11 +359,21 @@ impl StrayedArc {
 impl Difference {
     /// One of [`SECTIONS`].
     pub fn section(&self) -> &'static str {
-        let [log, noise, sonars, map, extracted, labels, borderline] = SECTIONS;
+        let [
+            requirements,
+            cause,
+            noise,
+            findings,
+            map,
+            extracted,
+            labels,
+            borderline,
+        ] = SECTIONS;
         match self {
-            Self::Log { .. } => log,
+            Self::Requirement { .. } => requirements,
+            Self::Cause(_) => cause,
             Self::Noise { .. } => noise,
-            Self::Sonar { .. } => sonars,
+            Self::Finding(_) => findings,
             Self::Map(_) => map,
             Self::Extracted(_) => extracted,
             Self::Labels(_) => labels,
@@ -285,7 +384,9 @@ impl Difference {
     /// First and last frame that it is about, where it is about frames.
     pub fn frames(&self) -> Option<[u32; 2]> {
         match self {
-            Self::Log { .. } | Self::Noise { .. } | Self::Sonar { .. } => None,
+            Self::Requirement { .. } | Self::Cause(_) | Self::Noise { .. } | Self::Finding(_) => {
+                None
+            }
             Self::Map(feature) | Self::Extracted(feature) => feature.frames,
             Self::Labels(run) | Self::Borderline(run) => run.frames,
         }
@@ -293,6 +394,15 @@ impl Difference {
 
     pub fn is_borderline(&self) -> bool {
         matches!(self, Self::Borderline(_))
+    }
+
+    /// Whether results differ where it does; with `strict`, where it is borderline, too.
+    pub fn fails(&self, strict: bool) -> bool {
+        match self {
+            Self::Cause(cause) => cause.fails,
+            Self::Borderline(_) => strict,
+            _ => true,
+        }
     }
 
     /// The labels that it is about.
@@ -307,9 +417,46 @@ impl Difference {
 impl Comparison {
     /// Whether nothing differs; with `strict`, not even borderline labels.
     pub fn matches(&self, strict: bool) -> bool {
-        self.differences
-            .iter()
-            .all(|one| one.is_borderline() && !strict)
+        !self.differences.iter().any(|one| one.fails(strict))
+    }
+
+    /// What is otherwise about log and configuration, what brings about the rest first.
+    pub fn causes(&self) -> impl Iterator<Item = &Cause> {
+        self.differences.iter().filter_map(|one| match one {
+            Difference::Cause(cause) => Some(cause),
+            _ => None,
+        })
+    }
+
+    /// Names what else can be the cause: what changed in the configuration, which `fails` by itself or not; else,
+    /// where the log is what it was, the program, `by` which was found what was blessed.
+    pub fn blame(&mut self, configuration: &[String], fails: bool, by: Option<&str>) {
+        let cause = |code, text, fails| Difference::Cause(Cause { code, text, fails });
+        if !configuration.is_empty() {
+            let text = format!("configuration: {}", configuration.join("; "));
+            self.differences
+                .insert(0, cause("configuration", text, fails));
+        } else if let Some(by) = by
+            && !self.matches(true)
+            && self.causes().next().is_none()
+        {
+            let now = env!("CARGO_PKG_VERSION");
+            let text = format!(
+                "program: log and configuration are what they were, so tmam decides otherwise (then {by}, now {now})"
+            );
+            self.differences.insert(0, cause("program", text, false));
+        }
+    }
+
+    /// The place where they differ most.
+    pub fn worst(&self) -> Option<&Difference> {
+        let mut of_places = self.differences.iter().filter(|one| {
+            matches!(
+                one,
+                Difference::Map(_) | Difference::Extracted(_) | Difference::Labels(_)
+            )
+        });
+        of_places.next()
     }
 
     /// The first frame of a difference; of borderline ones only where there are no others.
@@ -332,323 +479,5 @@ impl Comparison {
             Difference::Map(feature) if feature.is_elsewhere() => Some(feature.as_ref()),
             _ => None,
         })
-    }
-}
-
-/// More differences of a section than this are counted, not listed.
-pub const SHOWN: usize = 20;
-
-/// A section of a report.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Section {
-    /// One of [`SECTIONS`].
-    pub name: &'static str,
-    pub heading: String,
-    /// A line per difference.
-    pub lines: Vec<String>,
-}
-
-/// The sections in which something differs; `recording` is where it can be looked at.
-pub fn sections(found: &Comparison, recording: Option<&Path>, strict: bool) -> Vec<Section> {
-    let section = |name| {
-        let of_it = found.differences.iter().filter(|one| one.section() == name);
-        Section {
-            name,
-            heading: heading(name, found, strict),
-            lines: of_it.map(|one| look(one, recording)).collect(),
-        }
-    };
-    let all = SECTIONS.into_iter().map(section);
-    all.filter(|section| !section.lines.is_empty()).collect()
-}
-
-fn heading(name: &str, found: &Comparison, strict: bool) -> String {
-    match (name, &found.label_counts) {
-        ("labels", Some([golden, actual])) => {
-            let counts = Mark::ALL
-                .iter()
-                .zip(golden)
-                .zip(actual)
-                .map(|((mark, then), now)| match then == now {
-                    true => format!("{} {now}", mark.name()),
-                    false => format!("{} {then} -> {now}", mark.name()),
-                });
-            format!("labels: {}", counts.collect::<Vec<_>>().join(", "))
-        }
-        ("borderline labels", _) => format!(
-            "borderline labels (less than {} deg or chi2 {} to spare){}",
-            (found.tolerance.borderline.to_degrees() * 1e4).round() / 1e4,
-            found.tolerance.borderline_chi2,
-            if strict {
-                ""
-            } else {
-                ", which fail only with --strict"
-            }
-        ),
-        _ => name.to_owned(),
-    }
-}
-
-impl Section {
-    /// The heading and its lines, as far as they are shown.
-    pub fn listed(&self, shown: usize) -> String {
-        let mut text = format!("{}\n", self.heading);
-        for line in self.lines.iter().take(shown) {
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "  {line}");
-        }
-        let more = self.lines.len().saturating_sub(shown);
-        if more > 0 {
-            let _ = writeln!(text, "  ... and {more} more (--show N, --json)");
-        }
-        text
-    }
-}
-
-/// A difference in one line: what it was, what it is, by how much, in which frames. Names in it may
-/// come from a log, and are made legible.
-pub fn describe(difference: &Difference) -> String {
-    look(difference, None)
-}
-
-fn look(difference: &Difference, recording: Option<&Path>) -> String {
-    let mut text = in_words(difference);
-    if let Some([first, last]) = difference.frames() {
-        let span = in_frames([first, last]);
-        let _ = write!(text, ", {span}");
-        if let Some(path) = recording {
-            let _ = write!(text, ", rerun {} at frame {first}", path.display());
-        }
-    }
-    inert_line(&text)
-}
-
-fn in_words(difference: &Difference) -> String {
-    match difference {
-        Difference::Log { golden, actual } => {
-            let [golden, actual] =
-                [golden, actual].map(|digest| digest.get(..12).unwrap_or(digest));
-            format!(
-                "the log does not hold the events that were blessed: sha256 {golden} -> {actual}"
-            )
-        }
-        Difference::Noise { changes } => format!("range noise: {}", joined(changes)),
-        Difference::Sonar { sensor, changes } => format!("{sensor}: {}", joined(changes)),
-        Difference::Map(feature) | Difference::Extracted(feature) => {
-            feature_text(feature, matches!(difference, Difference::Extracted(_)))
-        }
-        Difference::Labels(run) | Difference::Borderline(run) => run_text(run),
-    }
-}
-
-/// `frame 118` or `frames 118-164`.
-fn in_frames([first, last]: [u32; 2]) -> String {
-    if first == last {
-        format!("frame {first}")
-    } else {
-        format!("frames {first}-{last}")
-    }
-}
-
-fn joined(changes: &[Change]) -> String {
-    changes.iter().map(change).collect::<Vec<_>>().join("; ")
-}
-
-fn feature_text(difference: &FeatureDifference, extracted: bool) -> String {
-    let Some(feature) = difference.feature() else {
-        return "a feature".to_owned();
-    };
-    let mut name = format!("{} {}", feature.kind().name(), feature.id);
-    if extracted {
-        name = format!("extracted {name}");
-        if let Some(sensor) = &feature.sensor {
-            let _ = write!(name, " of {sensor}");
-        }
-    }
-    match difference.state {
-        State::Missing => format!("{name} is missing{}", place(feature)),
-        State::New => format!("{name} is new{}", place(feature)),
-        State::Changed => format!("{name}: {}", joined(&difference.changes)),
-    }
-}
-
-fn place(feature: &Feature) -> String {
-    let place = match &feature.geometry {
-        Geometry::Line(line) => {
-            let ends = feature.geometry.ends().unwrap_or_default();
-            let [from, to] = ends.map(|at| format!("({:.3}, {:.3})", at.x + 0.0, at.y + 0.0));
-            let (rho, theta) = (line.rho, line.theta.to_degrees());
-            format!(": rho {rho:.4} m, theta {theta:.2} deg, {from} to {to}")
-        }
-        Geometry::Point { x, y } => format!(": x {x:.4}, y {y:.4} m"),
-        Geometry::Unfitted { .. } => {
-            (feature.fate.as_ref()).map_or_else(String::new, |fate| format!(": {fate}"))
-        }
-    };
-    match feature.readings {
-        0 => place,
-        n => format!("{place}, {}", counted(n.into(), "reading")),
-    }
-}
-
-/// `rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010)`.
-fn change(change: &Change) -> String {
-    let number = match change {
-        Change::Number(number) => number,
-        Change::Word {
-            what,
-            golden,
-            actual,
-        } => return format!("{what} {golden} -> {actual}"),
-    };
-    let NumberChange {
-        what,
-        unit,
-        golden,
-        actual,
-        delta,
-        tolerance,
-    } = *number;
-    match unit {
-        ChangeUnit::Metres => {
-            let tolerance = decimals(tolerance);
-            let n = digits(delta, &tolerance, 4);
-            format!("{what} {golden:.n$} -> {actual:.n$} m ({delta:+.n$}, tolerance {tolerance})")
-        }
-        ChangeUnit::Radians => {
-            let tolerance = decimals(tolerance.to_degrees());
-            let [golden, actual, delta] = [golden, actual, delta].map(f64::to_degrees);
-            let n = digits(delta, &tolerance, 2);
-            format!("{what} {golden:.n$} -> {actual:.n$} deg ({delta:+.n$}, tolerance {tolerance})")
-        }
-        ChangeUnit::Relative => {
-            let tolerance = ((tolerance * 1e4).round() / 100.0).to_string();
-            let percent = delta * 100.0;
-            let n = digits(percent, &tolerance, 0);
-            format!("{what} {golden:.6} -> {actual:.6} ({percent:+.n$} %, tolerance {tolerance} %)")
-        }
-        ChangeUnit::Count => {
-            format!("{what} {golden} -> {actual} ({delta:+}, tolerance {tolerance})")
-        }
-    }
-}
-
-/// How many decimals show that `delta` is more than the tolerance as it is written: `least`, where that
-/// is enough.
-fn digits(delta: f64, tolerance: &str, least: usize) -> usize {
-    const MOST: usize = 7;
-    let allowed: f64 = tolerance.parse().unwrap_or_default();
-    let shown = |n: usize| format!("{:.n$}", delta.abs()).parse().unwrap_or(f64::NAN);
-    (least..MOST).find(|n| shown(*n) > allowed).unwrap_or(MOST)
-}
-
-/// Three decimals, or as many as show what there is.
-fn decimals(x: f64) -> String {
-    if x == 0.0 || x >= 0.0005 {
-        format!("{x:.3}")
-    } else {
-        format!("{x}")
-    }
-}
-
-fn run_text(run: &LabelRun) -> String {
-    let (sensor, arcs) = (&run.sensor, counted(run.arcs.len() as u64, "arc"));
-    let at = run.arcs.first().map_or(0, |arc| arc.stamp_ns);
-    match (run.golden, run.actual) {
-        (Some(then), Some(now)) => {
-            let why = run
-                .reason
-                .map_or_else(String::new, |reason| format!(" ({reason})"));
-            format!(
-                "{sensor}: {arcs} {} -> {}{why}{}",
-                then.name(),
-                now.name(),
-                margins(run)
-            )
-        }
-        (Some(then), None) => format!(
-            "{sensor}: {arcs} gone, {} before, stamp {at} ns",
-            then.name()
-        ),
-        (None, now) => {
-            let now = now.map_or("none", Mark::name);
-            format!("{sensor}: {arcs} new, {now}, stamp {at} ns")
-        }
-    }
-}
-
-fn margins(run: &LabelRun) -> String {
-    let margins = || {
-        run.arcs
-            .iter()
-            .filter_map(|arc| Some((arc.margin?, arc.margin_unit?)))
-    };
-    let least = margins().min_by(|a, b| a.0.total_cmp(&b.0));
-    let most = margins().max_by(|a, b| a.0.total_cmp(&b.0));
-    let (Some((least, unit)), Some((most, _))) = (least, most) else {
-        return String::new();
-    };
-    let number = |margin: f64| match unit {
-        "rad" => format!("{:.3}", margin.to_degrees()),
-        _ => format!("{margin:.2}"),
-    };
-    let unit = if unit == "rad" { "deg" } else { unit };
-    match (number(least), number(most)) {
-        (least, most) if least == most => format!(", margin {least} {unit}"),
-        (least, most) => format!(", margins {least} to {most} {unit}"),
-    }
-}
-
-/// The differences as JSON, in SI units and radians: those that matter, and the borderline labels.
-pub fn differences_in_json(found: &Comparison) -> [Vec<Json>; 2] {
-    let mut lists = [Vec::new(), Vec::new()];
-    let [clear, borderline] = &mut lists;
-    for one in &found.differences {
-        // Neither names nor numbers can fail to be JSON.
-        let mut json = serde_json::to_value(one).unwrap_or_default();
-        if one.is_borderline() {
-            borderline.push(json);
-            continue;
-        }
-        if let Some(fields) = json.as_object_mut() {
-            fields.insert("text".to_owned(), describe(one).into());
-        }
-        clear.push(json);
-    }
-    lists
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_just_out_of_tolerance_does_not_read_as_within() {
-        let number = |what, unit, golden: f64, actual: f64| {
-            change(&Change::Number(NumberChange {
-                what,
-                unit,
-                golden,
-                actual,
-                delta: actual - golden,
-                tolerance: 0.01,
-            }))
-        };
-        assert_eq!(
-            number("rho", ChangeUnit::Metres, 0.0071, -0.00294),
-            "rho 0.00710 -> -0.00294 m (-0.01004, tolerance 0.010)"
-        );
-        assert_eq!(
-            number("rho", ChangeUnit::Metres, 1.2043, 1.2391),
-            "rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010)"
-        );
-        assert_eq!(
-            number("theta", ChangeUnit::Radians, 0.0, 0.0100873),
-            "theta 0.00 -> 0.58 deg (+0.58, tolerance 0.573)"
-        );
-        assert_eq!(
-            number("readings", ChangeUnit::Count, 12.0, 9.0),
-            "readings 12 -> 9 (-3, tolerance 0.01)"
-        );
     }
 }

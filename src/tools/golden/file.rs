@@ -3,13 +3,16 @@
 #[cfg(test)]
 mod tests;
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value as Json;
+use serde_json::{Map, Value as Json};
 
-use super::collect::LogInfo;
 use super::labels_file::LabelTable;
+use super::profile::LogInfo;
+use super::quality::Quality;
 use super::results::{Feature, Geometry, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::config::Config;
@@ -18,7 +21,10 @@ use crate::io::schema::{Relation, in_words, of_file, relation};
 use crate::tools::document::render;
 
 /// The format's name and version.
-pub const SCHEMA: &str = "tmam.golden/1";
+pub const SCHEMA: &str = "tmam.golden/2";
+
+/// The version before, which is read, too: it holds every parameter, and of the log only a digest.
+const BEFORE: &str = "tmam.golden/1";
 
 /// Why a golden file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -58,9 +64,7 @@ pub enum GoldenError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Golden {
     pub written_by: WrittenBy,
-    /// The log it was made from; `None` for results that come from no log.
-    pub log: Option<LogInfo>,
-    /// Every parameter of the replay.
+    /// Every parameter of the replay; `None` for results that come from no log.
     pub config: Option<Config>,
     /// What counts as the same.
     pub tolerances: Tolerance,
@@ -83,11 +87,16 @@ struct GoldenDocument {
     tool: WrittenBy,
     #[serde(skip_serializing_if = "Option::is_none")]
     log: Option<LogInfo>,
+    /// What of it is not as the defaults of the program that wrote it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    config: Option<Config>,
+    config: Option<Json>,
     tolerances: Tolerance,
     #[serde(default, skip_serializing_if = "RangeSigma::is_unknown")]
     measured_sigma: RangeSigma,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    findings: Option<BTreeMap<String, String>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    quality: Option<Quality>,
     map: Rows,
     #[serde(skip_serializing_if = "Option::is_none")]
     features: Option<Rows>,
@@ -107,26 +116,25 @@ struct Rows {
 
 impl Golden {
     /// Results to be held from now on.
-    pub fn new(
-        log: Option<LogInfo>,
-        config: Option<Config>,
-        tolerances: Tolerance,
-        results: Results,
-    ) -> Self {
+    pub fn new(config: Option<Config>, tolerances: Tolerance, results: Results) -> Self {
         Self {
             written_by: WrittenBy {
                 name: "tmam".to_owned(),
                 version: env!("CARGO_PKG_VERSION").to_owned(),
             },
-            log,
             config,
             tolerances,
             results,
         }
     }
 
-    /// Reads a golden file; also the names of parameters that it does not record, because a later
-    /// version of this program has added them.
+    /// The log that it was made from; `None` for results that come from no log.
+    pub fn log(&self) -> Option<&LogInfo> {
+        self.results.log.as_ref()
+    }
+
+    /// Reads a golden file; also what it does not know, because a later version of this program has added
+    /// that.
     ///
     /// # Errors
     /// A file that cannot be read, is of another schema, or contradicts itself.
@@ -147,7 +155,7 @@ impl Golden {
             .map_err(malformed)?
             .ok_or_else(|| malformed("it does not say its schema".to_owned()))?;
         let relation = relation(&found, SCHEMA);
-        if relation != Relation::Same {
+        if relation != Relation::Same && found != BEFORE {
             return Err(GoldenError::Schema {
                 path: path.to_owned(),
                 relation,
@@ -161,8 +169,10 @@ impl Golden {
         let recorded = |key| json.get(key).unwrap_or(&Json::Null);
         let tolerances = serde_json::to_value(golden.tolerances).unwrap_or_default();
         let mut absent = absent_in(recorded("tolerances"), &tolerances, "tolerances.");
-        if let Some(config) = &golden.config {
+        if let (BEFORE, Some(config)) = (found.as_str(), &golden.config) {
             absent.extend(unrecorded(recorded("config"), config));
+            absent
+                .push("what the log holds, part by part, so that no cause can be named".to_owned());
         }
         Ok((golden, absent))
     }
@@ -173,16 +183,18 @@ impl Golden {
     /// A configuration that cannot be JSON.
     pub fn render(&self) -> Result<Vec<u8>, GoldenError> {
         let results = &self.results;
-        let has_features = self.log.is_some() || !results.extracted.is_empty();
+        let has_features = self.log().is_some() || !results.extracted.is_empty();
         let file = GoldenDocument {
             schema: SCHEMA.to_owned(),
             tool: self.written_by.clone(),
-            log: self.log.clone(),
-            config: self.config.clone(),
+            log: self.log().cloned(),
+            config: self.config.as_ref().map(not_default),
             tolerances: self.tolerances,
             measured_sigma: results.noise,
-            map: Rows::from(results.map.as_slice()),
-            features: has_features.then(|| Rows::from(results.extracted.as_slice())),
+            findings: results.findings.clone(),
+            quality: results.quality,
+            map: Rows::by_place(&results.map),
+            features: has_features.then(|| Rows::by_place(&results.extracted)),
             labels: results.labels.as_ref().map(LabelTable::from),
         };
         render(&file).map_err(unfit)
@@ -192,7 +204,9 @@ impl Golden {
 impl GoldenDocument {
     fn open(self) -> Result<Golden, String> {
         self.tolerances.check().map_err(|error| error.to_string())?;
-        if let Some(config) = &self.config {
+        let config = self.config.map(Config::deserialize).transpose();
+        let config = config.map_err(|error| format!("config: {error}"))?;
+        if let Some(config) = &config {
             check(config).map_err(|error| format!("config: {error}"))?;
         }
         let absent = match (&self.log, &self.features, &self.labels) {
@@ -207,10 +221,12 @@ impl GoldenDocument {
         }
         Ok(Golden {
             written_by: self.tool,
-            log: self.log,
-            config: self.config,
+            config,
             tolerances: self.tolerances,
             results: Results {
+                log: self.log,
+                findings: self.findings,
+                quality: self.quality,
                 map: self.map.into(),
                 extracted: self.features.unwrap_or_default().into(),
                 labels: self.labels.map(LabelTable::open).transpose()?,
@@ -220,10 +236,27 @@ impl GoldenDocument {
     }
 }
 
-impl From<&[Feature]> for Rows {
-    fn from(features: &[Feature]) -> Self {
+impl Rows {
+    /// Those of a sonar by the time, others from left to right and up.
+    fn by_place(features: &[Feature]) -> Self {
+        let key = |feature: &Feature| {
+            let at = match feature.geometry {
+                Geometry::Line(line) => line.mid,
+                Geometry::Point { x, y } => [x, y],
+                Geometry::Unfitted { .. } => [0.0; 2],
+            };
+            let seconds = feature.seconds.filter(|_| feature.sensor.is_some());
+            [seconds.unwrap_or_default(), at]
+        };
         let mut sorted = features.to_vec();
-        sorted.sort_by_key(|feature| feature.id);
+        sorted.sort_by(|one, other| {
+            let numbers = key(one).into_iter().flatten();
+            let numbers = numbers.zip(key(other).into_iter().flatten());
+            let by_place = numbers.map(|(one, other)| one.total_cmp(&other));
+            one.sensor
+                .cmp(&other.sensor)
+                .then(by_place.fold(Ordering::Equal, Ordering::then))
+        });
         let mut rows = Self::default();
         for feature in sorted {
             match feature.geometry {
@@ -239,7 +272,6 @@ impl From<&[Feature]> for Rows {
 impl From<Rows> for Vec<Feature> {
     fn from(rows: Rows) -> Self {
         let mut features = [rows.lines, rows.points, rows.unfitted].concat();
-        features.sort_by_key(|feature| feature.id);
         for feature in &mut features {
             feature.geometry = feature.geometry.rounded();
         }
@@ -278,6 +310,27 @@ fn unfit(reason: impl ToString) -> GoldenError {
     GoldenError::Config {
         reason: reason.to_string(),
     }
+}
+
+/// What of a configuration is not as the defaults.
+fn not_default(config: &Config) -> Json {
+    fn beyond(value: &Json, default: &Json) -> Option<Json> {
+        match (value.as_object(), default.as_object()) {
+            (Some(value), Some(default)) => {
+                let none = Json::Null;
+                let changed = value.iter().filter_map(|(key, value)| {
+                    let default = default.get(key).unwrap_or(&none);
+                    Some((key.clone(), beyond(value, default)?))
+                });
+                let changed: Map<String, Json> = changed.collect();
+                (!changed.is_empty()).then_some(Json::Object(changed))
+            }
+            _ => (value != default).then(|| value.clone()),
+        }
+    }
+    let [value, default] =
+        [config, &Config::default()].map(|config| serde_json::to_value(config).unwrap_or_default());
+    beyond(&value, &default).unwrap_or_else(|| Json::Object(Map::new()))
 }
 
 /// The names of the parameters that a configuration has and its record does not.

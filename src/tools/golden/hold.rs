@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::compare::compare;
-use super::difference::describe;
+use super::compare::{compare, settled};
 use super::file::{Golden, GoldenError};
 use super::results::Results;
+use super::text::describe;
 use super::tolerance::{Tolerance, ToleranceError};
 use crate::core::legible::inert_line;
 use crate::core::wording::counted;
@@ -74,8 +74,8 @@ pub enum HoldError {
     Output(#[from] OutputError),
 }
 
-/// Holds results to a golden file. The tolerances are those in the file, also when it is written
-/// again; `tolerance` is what goes into a new one.
+/// Holds results to a golden file, within `tolerance`; those in the file say what it was written with. What is
+/// within them stays as it is when the file is written again.
 ///
 /// # Errors
 /// Differences, in words; and whatever keeps them from being found.
@@ -96,11 +96,12 @@ pub fn hold(
     if !path.exists() {
         return Err(HoldError::Missing { path: file });
     }
+    tolerance.check()?;
     let golden = of_a_test(path)?;
     if golden.results.is_empty() && actual.is_empty() {
         return Err(HoldError::Empty { path: file });
     }
-    let found = compare(&golden.results, actual, &golden.tolerances);
+    let found = compare(&golden.results, actual, tolerance);
     if found.matches(false) {
         return Ok(Held::Matches);
     }
@@ -112,7 +113,7 @@ pub fn hold(
 /// A golden file that was made from no log.
 fn of_a_test(path: &Path) -> Result<Golden, HoldError> {
     let (golden, _) = Golden::read(path)?;
-    match &golden.log {
+    match golden.log() {
         None => Ok(golden),
         Some(log) => Err(HoldError::OfALog {
             path: path.to_owned(),
@@ -134,12 +135,11 @@ fn write(path: &Path, actual: &Results, tolerance: &Tolerance) -> Result<Held, H
         });
     }
     tolerance.check()?;
-    // Somebody who looked at the file may have set them there.
-    let tolerances = match path.exists() {
-        true => of_a_test(path)?.tolerances,
-        false => *tolerance,
+    let actual = match path.exists() {
+        true => settled(&of_a_test(path)?.results, actual.clone(), tolerance),
+        false => actual.clone(),
     };
-    let bytes = Golden::new(None, None, tolerances, actual.clone()).render()?;
+    let bytes = Golden::new(None, *tolerance, actual).render()?;
     make_room(path)?;
     write_whole(path, &bytes)?;
     Ok(Held::Written)
@@ -196,18 +196,22 @@ mod tests {
     }
 
     #[test]
-    fn tolerances_that_somebody_set_outlive_an_update() {
+    fn the_tolerance_of_the_call_is_that_of_the_comparison_and_of_the_file() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.golden.json");
         let with = |rho| Tolerance {
-            rho,
+            position: rho,
             ..Tolerance::default()
         };
         let at = |y| Results::of_map([Feature::point(1.0, y)]);
         write(&path, &at(2.0), &with(0.02)).unwrap();
-        write(&path, &at(3.0), &with(0.03)).unwrap();
+        let held = |y, tolerance: f64| hold(&path, &at(y), &with(tolerance));
+        assert!(matches!(held(2.05, 0.1), Ok(Held::Matches)));
+        assert!(matches!(held(2.05, 0.02), Err(HoldError::Differs { .. })));
+        // What is within tolerance stays as it is.
+        write(&path, &at(2.05), &with(0.1)).unwrap();
         let (golden, _) = Golden::read(&path).unwrap();
-        assert_eq!((golden.results, golden.tolerances), (at(3.0), with(0.02)));
+        assert_eq!((golden.results, golden.tolerances), (at(2.0), with(0.1)));
 
         std::fs::write(&path, "{").unwrap();
         assert!(write(&path, &at(3.0), &with(0.03)).is_err());

@@ -8,11 +8,12 @@
 use std::collections::BTreeMap;
 use std::{fmt, io};
 
-use serde::de::{MapAccess, Visitor};
+use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::collect::{LogInfo, labels};
-use super::results::{LabelledArc, Labels, Mark, Measured, RangeSigma};
+use super::collect::labels;
+use super::profile::LogInfo;
+use super::results::{LabelledArc, Labels, Mark, RangeSigma};
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
 use crate::io::schema::in_words;
@@ -42,9 +43,9 @@ pub struct LabelTable {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SonarRow {
-    /// Not known of files from before they held it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    measured: Option<Measured>,
+    /// Earlier files hold a mount and a mean range here; the log's parts have both.
+    #[serde(default, rename = "measured", skip_serializing)]
+    _measured: IgnoredAny,
     labels: String,
     first_ns: i64,
     steps_ms: String,
@@ -144,7 +145,7 @@ impl From<&Labels> for LabelTable {
         let rows = labels.sonars.iter().filter_map(|(sonar, arcs)| {
             let stamps: Vec<i64> = arcs.iter().map(|arc| arc.stamp_ns).collect();
             let row = SonarRow {
-                measured: labels.measured.get(sonar).copied(),
+                _measured: IgnoredAny,
                 labels: encode_marks(arcs.iter().map(|arc| arc.mark)),
                 first_ns: *stamps.first()?,
                 steps_ms: encode_steps(&stamps),
@@ -173,9 +174,6 @@ impl LabelTable {
                 .arcs(left)
                 .map_err(|what| format!("labels of sonar `{sonar}`: {what}"))?;
             left -= arcs.len();
-            labels
-                .measured
-                .extend(row.measured.map(|measured| (sonar.clone(), measured)));
             labels.sonars.insert(sonar, arcs);
         }
         let said = [self.contact, self.intersection, self.unidentified];

@@ -1,13 +1,17 @@
-//! What is compared: the map, the extracted features, the label of every arc, the noise of the ranges.
+//! What is compared: the map, the extracted features, the label of every arc, the noise of the ranges, the
+//! log and what a replay warns of.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use serde::{Deserialize, Serialize};
 
+use super::profile::LogInfo;
+use super::quality::Quality;
 use crate::core::config::Config;
 use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::core::noise_estimate::VarianceFrom;
+use crate::core::rounding::{fixed, micro};
 use crate::core::tmam::label::Kind;
 
 /// The results of a replay, or of anything else that finds lines and points.
@@ -21,12 +25,19 @@ pub struct Results {
     /// The label of every arc; `None` where labels are not known.
     pub labels: Option<Labels>,
     pub noise: RangeSigma,
+    /// The log that they come from, part by part, where that is known.
+    pub log: Option<LogInfo>,
+    /// What a replay warns of, by the names that `tmam info` gives it; `None` where that is not known.
+    pub findings: Option<BTreeMap<String, String>>,
+    /// How good they are, where that is known.
+    pub quality: Option<Quality>,
 }
 
 /// A line segment or a point; so it stands in golden files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Feature {
-    /// Names it in the texts of differences. Never compared.
+    /// Its number in the map or among the extracted features; 0 in golden files. Never compared.
+    #[serde(default, skip_serializing)]
     pub id: u32,
     #[serde(flatten)]
     pub geometry: Geometry,
@@ -35,9 +46,12 @@ pub struct Feature {
     pub sigma: Option<[f64; 2]>,
     /// How many readings stand behind it.
     pub readings: u32,
-    /// First and last frame of its readings.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// First and last frame of its readings. Golden files hold none: they shift.
+    #[serde(default, skip_serializing)]
     pub frames: Option<[u32; 2]>,
+    /// When its first and last readings were, seconds after the first reading of the log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<[f64; 2]>,
     /// The sonar that an extracted feature comes from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,
@@ -84,19 +98,6 @@ pub struct Labels {
     pub sonars: BTreeMap<String, Vec<LabelledArc>>,
     /// The stamp of every frame; empty where frames are not known.
     pub frame_stamps: Vec<i64>,
-    /// Where each sonar measured from and what, by its name; empty where that is not known.
-    pub measured: BTreeMap<String, Measured>,
-}
-
-/// What one sonar's arcs have in common: so that a sonar that is mounted otherwise, or measures
-/// otherwise, is named even where no label changes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Measured {
-    /// The sonar in the robot's frame: x, y in metres and yaw in radians.
-    pub mount: [f64; 3],
-    /// The mean range of its arcs, metres.
-    pub mean_range: f64,
 }
 
 /// The label of one arc.
@@ -211,6 +212,30 @@ impl Results {
         }
     }
 
+    /// The confirmed features of the map and where they are, and nothing else: what two drives through the
+    /// same rooms have in common.
+    pub fn map_alone(&self) -> Self {
+        let confirmed = self.map.iter().filter(|one| one.is_confirmed());
+        let place = |feature: &Feature| Feature {
+            id: feature.id,
+            frames: feature.frames,
+            ..Feature::new(feature.geometry)
+        };
+        Self {
+            map: confirmed.map(place).collect(),
+            quality: self.quality,
+            ..Self::default()
+        }
+    }
+
+    /// The frame at a time, seconds after the first reading of the log.
+    pub fn frame_at(&self, seconds: f64) -> Option<u32> {
+        let origin = self.log.as_ref()?.origin_ns()?;
+        let labels = self.labels.as_ref()?;
+        // Golden files count milliseconds.
+        labels.frame_at(origin.saturating_add(((seconds + 5e-4) * 1e9) as i64))
+    }
+
     /// Whether there is no feature in the map that is somewhere: nothing worth holding anything to.
     pub fn is_empty(&self) -> bool {
         self.map.iter().all(|feature| feature.is_unfitted())
@@ -249,6 +274,7 @@ impl Feature {
             sigma: None,
             readings: 0,
             frames: None,
+            seconds: None,
             sensor: None,
             fate: None,
         }
@@ -260,6 +286,28 @@ impl Feature {
             Geometry::Point { .. } => Kind::Point,
             Geometry::Unfitted { kind } => kind,
         }
+    }
+
+    /// What it is and where: `line (0.00, 5.00) to (4.00, 5.00) m`.
+    pub fn place(&self) -> String {
+        let at = |at: Vec2| format!("({}, {})", fixed(at.x, 2), fixed(at.y, 2));
+        let kind = self.kind().name();
+        match (&self.geometry, self.geometry.ends()) {
+            (Geometry::Line(_), Some([one, other])) => {
+                // From the left, so that it is named alike whichever way it was seen.
+                let centimetres = |at: Vec2| libm::rint(at.x * 100.0);
+                let is_left = (centimetres(one), one.y) <= (centimetres(other), other.y);
+                let [from, to] = if is_left { [one, other] } else { [other, one] };
+                format!("{kind} {} to {} m", at(from), at(to))
+            }
+            (_, Some([place, _])) => format!("{kind} {} m", at(place)),
+            _ => format!("{kind} without a fit"),
+        }
+    }
+
+    /// Whether enough stands behind it; of a feature of the map.
+    pub fn is_confirmed(&self) -> bool {
+        self.fate.as_deref() != Some("tentative")
     }
 
     pub fn is_unfitted(&self) -> bool {
@@ -329,14 +377,4 @@ impl LineSegment {
 pub fn sigma_of(variances: [f64; 2]) -> Option<[f64; 2]> {
     let sigma = variances.map(|variance| micro(variance.max(0.0).sqrt()));
     sigma.iter().all(|s| s.is_finite()).then_some(sigma)
-}
-
-/// `x` to six decimals; zero has no sign.
-pub fn micro(x: f64) -> f64 {
-    let scaled = x * 1e6;
-    if scaled.abs() < 9e15 {
-        libm::rint(scaled) / 1e6 + 0.0
-    } else {
-        x
-    }
 }

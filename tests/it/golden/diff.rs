@@ -103,8 +103,8 @@ fn what_holds_no_results_is_refused_by_its_schema() {
         ),
         (
             "golden.json",
-            text.replace("tmam.features/1", "tmam.golden/2"),
-            "has the schema `tmam.golden/2`",
+            text.replace("tmam.features/1", "tmam.golden/3"),
+            "has the schema `tmam.golden/3`",
         ),
         (
             "old_golden.json",

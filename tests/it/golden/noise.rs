@@ -62,10 +62,7 @@ fn noise_that_is_measured_otherwise_is_a_difference_that_says_so() {
         assert_eq!(kinds, vec!["noise"; usize::from(code == 1)]);
         if let Some(one) = all.first() {
             let text = one["text"].as_str().unwrap();
-            assert!(
-                text.starts_with("range noise: measured sigma 0.0"),
-                "{text}"
-            );
+            assert!(text.starts_with("range noise: measured sigma "), "{text}");
             assert_eq!(one["changes"][0]["unit"], "relative");
         }
     }
@@ -136,30 +133,6 @@ fn noise_that_messages_begin_or_cease_to_say_is_a_difference() {
             run.stdout
         );
     }
-}
-
-#[test]
-fn a_golden_file_without_it_is_noted_and_gets_it_when_blessed() {
-    let bench = blessed();
-    let mut file = bench.json(GOLDEN);
-    file.as_object_mut()
-        .unwrap()
-        .remove("measured_sigma")
-        .unwrap();
-    bench.put(GOLDEN, file.to_string());
-    let run = tmam(&bench, &CHECK, &[]);
-    assert_eq!(run.code, 0, "{}", run.stdout);
-    assert!(
-        run.stdout
-            .contains("does not record the noise of the ranges"),
-        "{}",
-        run.stdout
-    );
-    assert_eq!(
-        tmam(&bench, &[&CHECK[..], &["--bless"]].concat(), &[]).code,
-        0
-    );
-    assert!(bench.json(GOLDEN)["measured_sigma"].is_f64());
 }
 
 #[test]

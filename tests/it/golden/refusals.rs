@@ -120,7 +120,7 @@ fn reports_say_why_nothing_could_be_checked() {
 fn a_golden_file_that_makes_no_sense_is_refused() {
     type Change = fn(&mut serde_json::Value);
     let changes: [(Change, &str); 12] = [
-        (|f| f["schema"] = "tmam.golden/2".into(), "tmam.golden/2"),
+        (|f| f["schema"] = "tmam.golden/3".into(), "tmam.golden/3"),
         (|f| f["schema"] = "tmam.features/1".into(), "no golden file"),
         (|f| f["tolerances"]["rho"] = (-1.0).into(), "at least 0"),
         (|f| f["tolerances"]["rho"] = 0.9.into(), "pair_distance"),
@@ -196,17 +196,30 @@ fn a_golden_file_that_makes_no_sense_is_refused() {
 }
 
 #[test]
-fn what_a_golden_file_does_not_hold_is_noted() {
-    let bench = bench_with("room_drive", |file| {
-        let sonar = &mut file["labels"]["sonars"]["sonar_04"];
-        sonar.as_object_mut().unwrap().remove("measured").unwrap();
-    });
-    let (code, text) = said(&bench, &path_of("room_drive.mcap"));
+fn a_golden_file_of_the_version_before_is_held_and_what_it_does_not_know_is_said() {
+    let bench = bench_with("before/room_step", |_| {});
+    let log = path_of("room_step.mcap");
+    let (code, text) = said(&bench, &log);
     assert_eq!(code, 0, "{text}");
-    assert!(
-        text.contains("does not record where sonar_04 is and what it measures"),
-        "{text}"
-    );
+    for words in ["what the log holds, part by part", "Bless again"] {
+        assert!(text.contains(words), "no {words} in {text}");
+    }
+    let name = "golden/room_step.golden.json";
+    let changed = |from: &str, to: &str| {
+        let text = String::from_utf8(bench.bytes(name)).unwrap();
+        assert!(text.contains(from), "{from}");
+        bench.put(name, text.replacen(from, to, 1));
+        said(&bench, &log)
+    };
+    let digest = bench.json(name)["log"]["events_sha256"].clone();
+    let (code, text) = changed(digest.as_str().unwrap(), "0123");
+    assert_eq!(code, 1, "{text}");
+    assert!(text.contains("cause: the log holds other events"), "{text}");
+    let bless = ["check", &log, "--golden", "golden", "--bless"];
+    assert_eq!(tmam(&bench, &bless, &[]).code, 0);
+    assert_eq!(bench.json(name)["schema"], "tmam.golden/2");
+    let (code, text) = said(&bench, &log);
+    assert!(code == 0 && !text.contains("Bless again"), "{text}");
 }
 
 #[test]

@@ -69,9 +69,10 @@ fn junit_is_read_by_an_xml_reader_and_adds_up() {
         .filter_map(|node| node.attribute("name"))
         .collect();
     let kinds = [
-        "log",
+        "requirements",
+        "cause",
         "range noise",
-        "sonars",
+        "findings",
         "map",
         "extracted features",
         "labels",
@@ -125,7 +126,7 @@ fn annotations_are_for_github_alone_and_leave_json_alone() {
     assert!(
         github
             .stdout
-            .contains("::error file=golden/room_drive.golden.json,title="),
+            .contains("::error file=golden/room_drive.golden.json,line="),
         "{}",
         github.stdout
     );

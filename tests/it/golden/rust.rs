@@ -39,7 +39,7 @@ fn a_map_of_what_is_nowhere_is_no_result() {
     let path = bench.path("nowhere.golden.json");
     let nowhere = Results::of_map([Feature::point(f64::NAN, 1.0)]);
     assert!(nowhere.is_empty());
-    let bytes = Golden::new(None, None, Tolerance::default(), nowhere.clone()).render();
+    let bytes = Golden::new(None, Tolerance::default(), nowhere.clone()).render();
     bench.put("nowhere.golden.json", bytes.unwrap());
     let refused = hold(&path, &nowhere, &Tolerance::default()).unwrap_err();
     assert!(matches!(refused, HoldError::Empty { .. }), "{refused}");
@@ -66,8 +66,8 @@ fn a_test_that_fails_says_why_and_what_to_do() {
         .to_string();
     for said in [
         "2 differences",
-        "line 1: rho 1.8000 -> 1.9000 m",
-        "point 2: y",
+        "line (0.00, 1.80) to (6.00, 1.80) m, now line 1: rho 1.8000 -> 1.9000 m",
+        "point (6.00, 1.80) m, now point 2: y",
         "UPDATE_GOLDEN=1",
     ] {
         assert!(differs.contains(said), "no {said} in {differs}");

@@ -13,7 +13,7 @@ fn what_is_wrong_with_a_value_stands_in_every_report() {
     let log = path_of("room_drive.mcap");
     for (more, said) in [
         (["--partition", "3/2"], "`3/2` is no part of a suite"),
-        (["--gamma", "8"], "they go with --bless"),
+        (["--gamma", "8"], "--bless"),
         (["--config", "nowhere.toml"], "cannot read nowhere.toml"),
     ] {
         let check = ["check", &log, "--golden", "golden", "--json"];

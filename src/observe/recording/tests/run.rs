@@ -8,7 +8,7 @@ use rerun::external::re_log_encoding::DecoderApp;
 use rerun::log::{Chunk, LogMsg};
 
 use crate::core::config::Config;
-use crate::core::event::{Sonar, SonarId};
+use crate::core::event::{Events, Sonar, SonarId};
 use crate::core::frames::{Echo, Entry, Frame};
 use crate::core::geometry::{Pose2, Vec2, angle_between, direction, unit};
 use crate::core::observer::{Observer as _, Setting, Source};
@@ -171,6 +171,7 @@ fn record_identified(
         sonars,
         config,
         source: &source,
+        events: &Events::default(),
         events_sha256,
         origin_ns: source.start_ns,
         start: Vec2::zeros(),

@@ -1,8 +1,7 @@
 use proptest::prelude::*;
 
-use super::super::difference::describe;
 use super::super::results::Mark::{Contact, Intersection, Unidentified};
-use super::super::results::Measured;
+use super::super::text::describe;
 use super::*;
 
 fn texts(golden: Vec<Feature>, actual: Vec<Feature>) -> Vec<String> {
@@ -19,7 +18,10 @@ fn a_line_that_moved_is_named_with_what_moved_and_by_how_much() {
     moved.frames = Some([118, 164]);
     assert_eq!(
         texts(vec![golden], vec![moved]),
-        ["line 0: rho 1.2043 -> 1.2391 m (+0.0348, tolerance 0.010), frames 118-164"]
+        [
+            "line (0.85, 1.32) to (1.45, -0.60) m, now line 0: rho 1.2043 -> 1.2391 m (+0.0348, 3.5 x tolerance 0.010 m), \
+             frames 118-164"
+        ]
     );
 }
 
@@ -32,9 +34,43 @@ fn missing_and_new_features_are_named() {
     assert_eq!(
         found,
         [
-            "point 0 is missing: x 1.0000, y 2.0000 m",
-            "line 0 is new: rho 1.0000 m, theta 90.00 deg, (3.000, 1.000) to (0.000, 1.000)"
+            "point (1.00, 2.00) m is missing",
+            "line (0.00, 1.00) to (3.00, 1.00) m, now line 0 is new"
         ]
+    );
+}
+
+#[test]
+fn what_is_gravest_comes_first() {
+    let sure = |mut feature: Feature, sigma: f64| {
+        feature.sigma = Some([sigma; 2]);
+        feature
+    };
+    let golden = vec![
+        sure(Feature::point(0.0, 0.0), 0.01),
+        sure(Feature::point(3.0, 0.0), 0.01),
+        sure(Feature::point(6.0, 0.0), 0.01),
+    ];
+    let actual = vec![
+        sure(Feature::point(0.0, 0.0), 0.05),
+        sure(Feature::point(3.0, 0.09), 0.01),
+    ];
+    let found = texts(golden, actual);
+    let begins = ["point (6.00", "point (3.00", "point (0.00"];
+    for (text, begin) in found.iter().zip(begins) {
+        assert!(text.starts_with(begin), "{found:#?}");
+    }
+}
+
+#[test]
+fn what_is_within_tolerance_stays_as_it_was_written() {
+    let golden = Results::of_map([Feature::point(0.0, 0.0), Feature::point(3.0, 0.0)]);
+    let actual = Results::of_map([Feature::point(3.1, 0.0), Feature::point(0.005, 0.0)]);
+    let kept = settled(&golden, actual, &Tolerance::default());
+    let places = kept.map.iter().map(Feature::place);
+    assert_eq!(
+        places.collect::<Vec<_>>(),
+        ["point (3.10, 0.00) m", "point (0.00, 0.00) m"]
     );
 }
 
@@ -79,53 +115,6 @@ fn arc(stamp_ns: i64, mark: Mark, margin: f64) -> LabelledArc {
     }
 }
 
-#[test]
-fn a_sonar_that_is_gone_or_new_is_named_in_a_line() {
-    let arc = arc(0, Contact, 0.1);
-    let with = |name: &str| Labels {
-        sonars: [
-            ("left".to_owned(), vec![arc]),
-            (name.to_owned(), vec![arc; 3]),
-        ]
-        .into(),
-        ..Labels::default()
-    };
-    let found = sonars(&with("front"), &with("rear"), &Tolerance::default());
-    let texts: Vec<String> = found.iter().map(describe).collect();
-    assert_eq!(
-        texts,
-        [
-            "front: arcs 3 -> none, the sonar is gone",
-            "rear: arcs none -> 3, the sonar is new"
-        ]
-    );
-}
-
-#[test]
-fn a_sonar_that_turned_or_measures_otherwise_is_named_with_what_changed() {
-    let with = |mount: [f64; 3], mean_range: f64| {
-        let measured = Measured { mount, mean_range };
-        Labels {
-            measured: [("left".to_owned(), measured)].into(),
-            ..Labels::default()
-        }
-    };
-    let golden = with([0.1, 0.2, 3.138], 2.0);
-    let changed = |actual: &Labels| -> Vec<String> {
-        let found = sonars(&golden, actual, &Tolerance::default());
-        found.iter().map(describe).collect()
-    };
-    assert!(changed(&with([0.105, 0.2, -3.138], 2.005)).is_empty());
-    let turned = changed(&with([0.1, 0.2, 3.10], 2.0));
-    assert_eq!(
-        turned,
-        ["left: mount yaw 179.79 -> 177.62 deg (-2.18, tolerance 0.573)"]
-    );
-    let moved = changed(&with([0.1, 0.25, 3.138], 2.02));
-    assert!(moved[0].contains("mount y") && moved[0].contains("; mean range"));
-    assert!(changed(&Labels::default()).is_empty());
-}
-
 fn labels(arcs: &[(i64, Mark, f64)]) -> Labels {
     let arcs = arcs
         .iter()
@@ -133,7 +122,6 @@ fn labels(arcs: &[(i64, Mark, f64)]) -> Labels {
     Labels {
         sonars: [("a".to_owned(), arcs.collect())].into(),
         frame_stamps: vec![0, 20, 40],
-        ..Labels::default()
     }
 }
 
@@ -170,7 +158,7 @@ fn a_lost_reading_does_not_shift_the_labels_after_it() {
         (30, Contact, 0.1),
         (50, Contact, 0.1),
     ]);
-    let (clear, near) = label_runs(&golden, &actual, &borderline(0.0));
+    let (clear, near) = label_runs(&golden, &actual, &BTreeMap::new(), &borderline(0.0));
     let changes: Vec<_> = clear
         .iter()
         .map(|run| {
@@ -202,12 +190,12 @@ fn neighbours_that_changed_alike_are_one_run_and_borderline_ones_are_apart() {
         (4, Unidentified, 0.3),
         (5, Contact, 0.1),
     ]);
-    let (clear, near) = label_runs(&golden, &actual, &borderline(0.001));
+    let (clear, near) = label_runs(&golden, &actual, &BTreeMap::new(), &borderline(0.001));
     let lengths: Vec<usize> = clear.iter().map(|run| run.arcs.len()).collect();
     assert_eq!(lengths, [2, 1]);
     assert_eq!(near.len(), 1);
     assert_eq!(near[0].arcs[0].stamp_ns, 3);
-    let same = label_runs(&golden, &golden, &borderline(0.001));
+    let same = label_runs(&golden, &golden, &BTreeMap::new(), &borderline(0.001));
     assert_eq!(same, (vec![], vec![]));
 }
 

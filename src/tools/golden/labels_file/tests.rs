@@ -98,11 +98,12 @@ fn labels_come_back_with_the_frames_that_they_are_in() {
     let labels = Labels {
         sonars: [("left".to_owned(), vec![arc(5), arc(25)])].into(),
         frame_stamps: vec![5, 20, 40],
-        ..Labels::default()
     };
     let log = LogInfo {
         file: "a.mcap".to_owned(),
         events_sha256: "0".to_owned(),
+        odometry: None,
+        sonars: None,
     };
     let with = |noise| LabelsFile {
         log: log.clone(),

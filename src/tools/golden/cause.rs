@@ -1,0 +1,510 @@
+//! What is otherwise about a log, named and measured: the cause of all that differs after it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use super::profile::{LogInfo, OdometryProfile, SonarProfile, Stamps};
+use crate::core::geometry::wrap_angle;
+use crate::core::rounding::fixed;
+use crate::core::wording::{counted, few};
+
+/// One thing that is otherwise than it was.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Cause {
+    /// A name for machines, `mounts`.
+    pub code: &'static str,
+    /// What it is and by how much.
+    pub text: String,
+    /// Whether it is a difference by itself, even where nothing follows from it.
+    #[serde(skip)]
+    pub fails: bool,
+}
+
+/// Lengths, angles and shares that differ by less are rounding.
+const ROUNDING: f64 = 2e-6;
+/// A change explains another one where it leaves at most this share of its square.
+const UNEXPLAINED: f64 = 0.05;
+
+/// A sonar of both logs, as it was and as it is.
+struct Pair<'a> {
+    name: &'a str,
+    then: &'a SonarProfile,
+    now: &'a SonarProfile,
+}
+
+/// What is otherwise about a log, what brings about the rest first.
+pub fn causes(then: &LogInfo, now: &LogInfo) -> Vec<Cause> {
+    let (Some(before), Some(after)) = (&then.sonars, &now.sonars) else {
+        let is_same = then.events_sha256 == now.events_sha256;
+        let digits = |info: &LogInfo| info.events_sha256.chars().take(12).collect::<String>();
+        return Vec::from_iter((!is_same).then(|| Cause {
+            code: "log",
+            text: format!(
+                "the log holds other events, sha256 {} -> {}; which is not recorded",
+                digits(then),
+                digits(now)
+            ),
+            fails: true,
+        }));
+    };
+    let pairs: Vec<Pair<'_>> = before
+        .iter()
+        .filter_map(|(name, then)| {
+            let now = after.get(name)?;
+            Some(Pair { name, then, now })
+        })
+        .collect();
+    let odometry = then.odometry.as_ref().zip(now.odometry.as_ref());
+    let parts = [
+        ("sonars", come_and_gone(before, after)),
+        ("mounts", grouped(&pairs, "mount", mount)),
+        ("beams", grouped(&pairs, "beam", beam)),
+        ("stamps", stamps(&pairs, odometry)),
+        ("readings", lost(&pairs)),
+        ("ranges", ranges(&pairs)),
+        (
+            "odometry",
+            odometry.and_then(|(then, now)| driven(then, now)),
+        ),
+        ("variances", grouped(&pairs, "variance", variance)),
+    ];
+    let equal = parts.iter().filter(|(_, text)| text.is_none());
+    let equal: Vec<&str> = equal.map(|(code, _)| *code).collect();
+    let mut causes: Vec<Cause> = parts
+        .iter()
+        .filter_map(|(code, text)| {
+            Some(Cause {
+                code,
+                text: format!("{code}: {}", text.as_ref()?),
+                fails: true,
+            })
+        })
+        .collect();
+    if causes.is_empty() && then.events_sha256 != now.events_sha256 {
+        causes.push(Cause {
+            code: "digits",
+            text: "the log's numbers differ in their last digits".to_owned(),
+            fails: true,
+        });
+    }
+    if let (Some(first), false) = (causes.first_mut(), equal.is_empty()) {
+        first.text += &format!(" (unchanged: {})", equal.join(", "));
+    }
+    causes
+}
+
+/// By how much the stamps of each sonar are later that else are what they were, nanoseconds.
+pub fn delays(then: &LogInfo, now: &LogInfo) -> BTreeMap<String, i64> {
+    let (Some(then), Some(now)) = (&then.sonars, &now.sonars) else {
+        return BTreeMap::new();
+    };
+    let delay = |(name, then): (&String, &SonarProfile)| {
+        let now = now.get(name)?;
+        let is_same = then.stamps.digest == now.stamps.digest;
+        is_same.then(|| (name.clone(), later(&then.stamps, &now.stamps)))
+    };
+    then.iter().filter_map(delay).collect()
+}
+
+fn later(then: &Stamps, now: &Stamps) -> i64 {
+    now.first_ns.saturating_sub(then.first_ns)
+}
+
+type Sonars = BTreeMap<String, SonarProfile>;
+
+fn come_and_gone(then: &Sonars, now: &Sonars) -> Option<String> {
+    let only = |these: &Sonars, those: &Sonars| -> BTreeSet<String> {
+        let names = these.keys().filter(|name| !those.contains_key(*name));
+        names.cloned().collect()
+    };
+    let (mut gone, mut new) = (only(then, now), only(now, then));
+    let mut said = Vec::new();
+    for (name, was) in then {
+        let same = now.iter().find(|(other, is)| {
+            *other != name && is.digest == was.digest && is.echoes > 0 && now.get(name) != Some(*is)
+        });
+        let Some((other, _)) = same else { continue };
+        if gone.contains(name) && new.remove(other) {
+            gone.remove(name);
+            said.push(format!("{name} is called {other}"));
+        } else if then.get(other).map(|it| &it.digest) == now.get(name).map(|it| &it.digest)
+            && name < other
+        {
+            said.push(format!("{name} and {other} are swapped"));
+        }
+    }
+    for (names, word) in [(gone, "gone"), (new, "new")] {
+        let names: Vec<String> = names.into_iter().collect();
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        if !names.is_empty() {
+            said.push(format!("{} {verb} {word}", few(&names)));
+        }
+    }
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
+/// What changed in the same way, with the sonars of which it did; what most share first.
+fn grouped(
+    pairs: &[Pair<'_>],
+    what: &str,
+    change: fn(&SonarProfile, &SonarProfile) -> Option<String>,
+) -> Option<String> {
+    const SHOWN: usize = 3;
+    let mut groups = BTreeMap::<String, Vec<String>>::new();
+    for pair in pairs {
+        if let Some(text) = change(pair.then, pair.now) {
+            groups.entry(text).or_default().push(pair.name.to_owned());
+        }
+    }
+    let mut groups: Vec<(String, Vec<String>)> = groups.into_iter().collect();
+    groups.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
+    let more = groups.len().saturating_sub(SHOWN);
+    let mut said: Vec<String> = (groups.iter().take(SHOWN))
+        .map(|(text, names)| match names.len() {
+            n if n == pairs.len() && n > 1 => format!("{text}, of all {n} sonars"),
+            _ => format!("{what} of {}: {text}", few(names)),
+        })
+        .collect();
+    if more > 0 {
+        said.push(format!("{more} more"));
+    }
+    (!groups.is_empty()).then(|| said.join("; "))
+}
+
+fn differs(then: f64, now: f64) -> bool {
+    (now - then).abs() > ROUNDING
+}
+
+fn mount(then: &SonarProfile, now: &SonarProfile) -> Option<String> {
+    let [x, y, yaw] = then.mount;
+    let [u, v, turned] = now.mount;
+    let turn = wrap_angle(turned - yaw);
+    let mut moved: Vec<String> = [("x", u - x), ("y", v - y)]
+        .into_iter()
+        .filter(|(_, by)| by.abs() > ROUNDING)
+        .map(|(axis, by)| format!("{axis} {by:+.3} m"))
+        .collect();
+    if turn.abs() > ROUNDING {
+        moved.push(format!("yaw {:+.2} deg", turn.to_degrees()));
+    }
+    (!moved.is_empty()).then(|| moved.join(", "))
+}
+
+fn beam(then: &SonarProfile, now: &SonarProfile) -> Option<String> {
+    let limits = [("least range", 0), ("greatest range", 1)].into_iter();
+    let limits = limits.filter_map(|(what, place)| {
+        let [then, now] = [then, now].map(|of| of.limits.get(place).copied().flatten());
+        changed(what, then, now, "m", 1.0)
+    });
+    let width = changed(
+        "width",
+        then.beam_width,
+        now.beam_width,
+        "deg",
+        1_f64.to_degrees(),
+    );
+    let said: Vec<String> = width.into_iter().chain(limits).collect();
+    (!said.is_empty()).then(|| said.join(", "))
+}
+
+fn variance(then: &SonarProfile, now: &SonarProfile) -> Option<String> {
+    // What follows from other ranges is no change of its own.
+    const SHARE: f64 = 0.02;
+    let sigma = |of: &SonarProfile| of.variance.map(|variance| variance.max(0.0).sqrt());
+    let (before, after) = (sigma(then)?, sigma(now)?);
+    let is_said = (before > 0.0) != (after > 0.0);
+    let is_other = (after - before).abs() > SHARE * before;
+    (is_said || is_other)
+        .then(|| changed("sigma in messages", Some(before), Some(after), "mm", 1e3))
+        .flatten()
+}
+
+fn changed(
+    what: &str,
+    then: Option<f64>,
+    now: Option<f64>,
+    unit: &str,
+    factor: f64,
+) -> Option<String> {
+    let is_other = match (then, now) {
+        (Some(then), Some(now)) => differs(then, now),
+        _ => then.is_some() != now.is_some(),
+    };
+    let shown = |number: Option<f64>| {
+        number.map_or_else(|| "none".to_owned(), |number| fixed(number * factor, 3))
+    };
+    is_other.then(|| format!("{what} {} -> {} {unit}", shown(then), shown(now)))
+}
+
+/// Clocks: all of them, those of the ranges against that of the odometry, those of some sonars.
+fn stamps(
+    pairs: &[Pair<'_>],
+    odometry: Option<(&OdometryProfile, &OdometryProfile)>,
+) -> Option<String> {
+    /// What lasts as long as before was not stretched, seconds.
+    const LASTS: f64 = 1e-3;
+    let of_one = |then: &Stamps, now: &Stamps| {
+        let whole = then.count == now.count;
+        let stretch = now.lasts - then.lasts;
+        (whole && stretch.abs() <= LASTS).then(|| later(then, now))
+    };
+    let delays: Vec<(&str, i64)> = pairs
+        .iter()
+        .filter_map(|pair| Some((pair.name, of_one(&pair.then.stamps, &pair.now.stamps)?)))
+        .collect();
+    let of_odometry = odometry.and_then(|(then, now)| of_one(&then.stamps, &now.stamps));
+    let mut sorted: Vec<i64> = delays.iter().map(|(_, delay)| *delay).collect();
+    sorted.sort_unstable();
+    let common = sorted.get(sorted.len() / 2).copied();
+    let mut said = Vec::new();
+    match (common, of_odometry) {
+        (Some(ranges), Some(poses)) if ranges == poses && ranges != 0 => {
+            said.push(format!("all are {}", late(ranges)));
+        }
+        (Some(0) | None, Some(poses)) if poses != 0 => {
+            said.push(format!("odometry is {} against the ranges", late(poses)));
+        }
+        (Some(ranges), _) if ranges != 0 => {
+            let rest = of_odometry.map(|poses| ranges - poses).unwrap_or(ranges);
+            said.push(format!("ranges are {} against odometry", late(rest)));
+        }
+        _ => {}
+    }
+    let others = delays.iter().filter(|(_, delay)| Some(*delay) != common);
+    let mut by_delay = BTreeMap::<i64, Vec<String>>::new();
+    for (name, delay) in others {
+        let rest = delay - common.unwrap_or_default();
+        by_delay.entry(rest).or_default().push((*name).to_owned());
+    }
+    for (delay, names) in by_delay.iter().take(3) {
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        let than = if names.len() < pairs.len() {
+            " against the other sonars"
+        } else {
+            ""
+        };
+        said.push(format!("{} {verb} {}{than}", few(names), late(*delay)));
+    }
+    let stretched = pairs.iter().filter(|pair| {
+        let (then, now) = (&pair.then.stamps, &pair.now.stamps);
+        then.count == now.count && (now.lasts - then.lasts).abs() > LASTS
+    });
+    let stretched: Vec<&Pair<'_>> = stretched.collect();
+    if let Some(pair) = stretched.first() {
+        let (then, now) = (pair.then.stamps.lasts, pair.now.stamps.lasts);
+        let share = (now / then - 1.0) * 100.0;
+        let of = match stretched.len() {
+            n if n == pairs.len() => "the clock of the ranges".to_owned(),
+            n => counted(n as u64, "sonar clock"),
+        };
+        said.push(format!(
+            "{of} runs otherwise: {then:.3} -> {now:.3} s from first to last ({share:+.3} %)"
+        ));
+    }
+    let is_uneven =
+        |then: &Stamps, now: &Stamps| then.count == now.count && then.digest != now.digest;
+    if said.is_empty() {
+        let uneven = pairs
+            .iter()
+            .filter(|pair| is_uneven(&pair.then.stamps, &pair.now.stamps));
+        match uneven.count() as u64 {
+            0 => {}
+            n => said.push(format!(
+                "{} stamped unevenly, from the same first to the same last stamp",
+                crate::core::wording::counted_with(n, "sonar", "is", "are")
+            )),
+        }
+        if odometry.is_some_and(|(then, now)| is_uneven(&then.stamps, &now.stamps)) {
+            said.push("odometry is stamped otherwise, as many samples as before".to_owned());
+        }
+    }
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
+fn late(delay_ns: i64) -> String {
+    let seconds = (delay_ns as f64 * 1e-9).abs();
+    let amount = match seconds {
+        s if s < 1.0 => format!("{} ms", fixed(s * 1e3, 1)),
+        s => format!("{} s", fixed(s, 3)),
+    };
+    format!(
+        "{amount} {}",
+        if delay_ns > 0 { "later" } else { "earlier" }
+    )
+}
+
+/// Readings that are gone or new.
+fn lost(pairs: &[Pair<'_>]) -> Option<String> {
+    let other = pairs
+        .iter()
+        .filter(|pair| pair.then.stamps.count != pair.now.stamps.count);
+    let other: Vec<&Pair<'_>> = other.collect();
+    let sum = |of: fn(&Pair<'_>) -> u64| other.iter().map(|pair| of(pair)).sum::<u64>();
+    let (then, now) = (
+        sum(|pair| pair.then.stamps.count),
+        sum(|pair| pair.now.stamps.count),
+    );
+    let of = match other.as_slice() {
+        [] => return None,
+        all if all.len() == pairs.len() && all.len() > 1 => format!("all {} sonars", all.len()),
+        some => {
+            let names: Vec<String> = some.iter().map(|pair| pair.name.to_owned()).collect();
+            few(&names)
+        }
+    };
+    let ends = |stamps: &Stamps| (stamps.first_ns as f64 * 1e-9, stamps.lasts);
+    let first = other.first()?;
+    let ((begins, lasts), (begins_now, lasts_now)) =
+        (ends(&first.then.stamps), ends(&first.now.stamps));
+    let start = begins_now - begins;
+    let end = start + lasts_now - lasts;
+    /// What begins or ends by so many seconds otherwise was cut.
+    const CUT: f64 = 1.0;
+    let mut cut = String::new();
+    if start > CUT {
+        cut += &format!(", they begin {start:.1} s later");
+    }
+    if end < -CUT {
+        cut += &format!(", they end {:.1} s earlier", -end);
+    }
+    let change = if now < then {
+        format!("{} lost", then - now)
+    } else {
+        format!("{} more", now - then)
+    };
+    Some(format!("{then} -> {now} of {of} ({change}{cut})"))
+}
+
+/// Ranges: scaled, offset, noisier, or other ones.
+fn ranges(pairs: &[Pair<'_>]) -> Option<String> {
+    // Of a sonar that lost readings, the rest is not to be told.
+    let comparable = pairs
+        .iter()
+        .filter(|pair| pair.then.stamps.count == pair.now.stamps.count);
+    let comparable: Vec<&Pair<'_>> = comparable.collect();
+    let other: Vec<&Pair<'_>> = comparable
+        .iter()
+        .copied()
+        .filter(|pair| pair.then.digest != pair.now.digest)
+        .collect();
+    if other.is_empty() {
+        return None;
+    }
+    let who = match other.len() {
+        n if n == comparable.len() && n > 1 => format!("of all {n} sonars"),
+        _ => {
+            let names: Vec<String> = other.iter().map(|pair| pair.name.to_owned()).collect();
+            format!("of {}", few(&names))
+        }
+    };
+    // Means and spreads, as they were and as they are, with what one offset moves of each.
+    let numbers = || {
+        other.iter().flat_map(|pair| {
+            let (then, now) = (pair.then, pair.now);
+            [(then.mean, now.mean, 1.0), (then.spread, now.spread, 0.0)]
+        })
+    };
+    let sum = |of: &dyn Fn((f64, f64, f64)) -> f64| numbers().map(of).sum::<f64>();
+    let moved = sum(&|(then, now, _)| (now - then) * (now - then));
+    let scale = sum(&|(then, now, _)| then * now) / sum(&|(then, ..)| then * then);
+    let offset = sum(&|(then, now, part)| part * (now - then)) / other.len() as f64;
+    let unscaled = sum(&|(then, now, _)| (now - scale * then) * (now - scale * then));
+    let off = |(then, now, part): (f64, f64, f64)| {
+        let rest = now - then - part * offset;
+        rest * rest
+    };
+    let not_offset = sum(&off);
+    /// Ranges whose mean moves by less are where they were, metres.
+    const STILL: f64 = 1e-3;
+    let is_moved = moved > other.len() as f64 * STILL * STILL;
+    if is_moved && unscaled.min(not_offset) <= UNEXPLAINED * moved {
+        return Some(match unscaled <= not_offset {
+            true => format!(
+                "scaled by {scale:.4} ({:+.2} %), {who}",
+                (scale - 1.0) * 100.0
+            ),
+            false => format!("offset by {:+.1} mm, {who}", offset * 1e3),
+        });
+    }
+    let mean = |of: fn(&Pair<'_>) -> f64| {
+        other.iter().map(|pair| of(pair)).sum::<f64>() / other.len() as f64
+    };
+    let (rough, rougher) = (
+        mean(|pair| pair.then.roughness),
+        mean(|pair| pair.now.roughness),
+    );
+    let sum = |of: fn(&Pair<'_>) -> u64| other.iter().map(|pair| of(pair)).sum::<u64>();
+    let (echoes, now) = (sum(|pair| pair.then.echoes), sum(|pair| pair.now.echoes));
+    let mut said = Vec::new();
+    /// Ranges are noisier from this share of more roughness on.
+    const NOISIER: f64 = 0.2;
+    if (rougher - rough).abs() > NOISIER * rough {
+        said.push(format!(
+            "they scatter by {:.1} -> {:.1} mm from one to the next",
+            rough * 1e3,
+            rougher * 1e3
+        ));
+    }
+    if echoes != now {
+        said.push(format!("echoes {echoes} -> {now}"));
+    }
+    let (then, now) = (mean(|pair| pair.then.mean), mean(|pair| pair.now.mean));
+    said.push(format!("mean {then:.4} -> {now:.4} m"));
+    Some(format!("{}, {who}", said.join(", ")))
+}
+
+/// Odometry: lost, scaled, begun elsewhere, or driven otherwise.
+fn driven(then: &OdometryProfile, now: &OdometryProfile) -> Option<String> {
+    let (count, samples) = (then.stamps.count, now.stamps.count);
+    if count == samples && then.digest == now.digest {
+        return None;
+    }
+    let mut said = Vec::new();
+    if count != samples {
+        said.push(format!("{count} -> {samples} samples"));
+    }
+    let path = format!("path {:.2} -> {:.2} m", then.path, now.path);
+    let ratio = |then: f64, now: f64| if then > 0.0 { now / then - 1.0 } else { 0.0 };
+    let (longer, turned) = (ratio(then.path, now.path), ratio(then.turned, now.turned));
+    let [x, y, yaw] = then.end;
+    let [u, v, heading] = now.end;
+    let (reach, reached) = (libm::hypot(x, y), libm::hypot(u, v));
+    /// A path is scaled where turns, and the end on a way that leads away, agree with that.
+    const SCALED: f64 = 1e-3;
+    let percent = |share: f64| format!("{:+.2} %", share * 100.0);
+    let end_scales = (reached - reach * (1.0 + longer)).abs() <= 0.3 * then.path * longer.abs();
+    let is_same = |a: f64, b: f64| (a - b).abs() <= 1e-4;
+    let is_same_way = is_same(longer, 0.0)
+        && is_same(turned, 0.0)
+        && is_same(x, u)
+        && is_same(y, v)
+        && is_same(wrap_angle(yaw - heading), 0.0);
+    let begins_elsewhere = (then.start.iter().zip(now.start)).any(|(a, b)| differs(*a, b));
+    if is_same_way && begins_elsewhere {
+        let at = |[x, y, yaw]: [f64; 3]| format!("({x:.3}, {y:.3}) m, {:.2} deg", yaw.to_degrees());
+        said.push(format!(
+            "it begins at {} -> {}, and the map with it; the way is the same",
+            at(then.start),
+            at(now.start)
+        ));
+    } else if longer.abs() > SCALED && turned.abs() < 0.2 * longer.abs() && end_scales {
+        said.push(format!("distances {} ({path})", percent(longer)));
+    } else if turned.abs() > SCALED && longer.abs() < 0.1 * turned.abs() {
+        let degrees = [then.turned, now.turned].map(f64::to_degrees);
+        let [before, after] = degrees;
+        said.push(format!(
+            "turns {} ({before:.0} -> {after:.0} deg in all; {path})",
+            percent(turned)
+        ));
+    } else if !is_same_way {
+        let off = libm::hypot(u - x, v - y);
+        let turn = wrap_angle(heading - yaw).to_degrees();
+        said.push(format!(
+            "{path}, it ends {off:.2} m and {turn:+.1} deg from where it did"
+        ));
+    } else if said.is_empty() {
+        said.push(format!("other poses on the same way, {path}"));
+    }
+    Some(said.join(", "))
+}
