@@ -164,5 +164,5 @@ fn repeats_too_often(sonar: &SonarFacts) -> bool {
         .resolution
         .is_none_or(|r| r.quantised && r.step > FINE);
     let bound = if coarse { QUANTISED_REPEATS } else { REPEATS };
-    sonar.moved >= ENOUGH_ECHOES && sonar.repeated() > bound
+    sonar.moved >= ENOUGH_ECHOES && sonar.republished() > bound
 }

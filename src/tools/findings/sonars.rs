@@ -122,8 +122,13 @@ impl SonarFacts {
         self.max_range <= self.min_range || self.max_range <= 0.0
     }
 
-    /// Share of the moved echoes that a driver seems to have published again.
+    /// Share of the moved echoes that repeat the one before.
     pub fn repeated(&self) -> f64 {
+        fraction(self.repeats, self.moved)
+    }
+
+    /// Share of the moved echoes that a driver seems to have published again.
+    pub fn republished(&self) -> f64 {
         fraction(self.republished, self.moved)
     }
 }
