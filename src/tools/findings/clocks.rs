@@ -84,7 +84,13 @@ fn running(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Optio
     let (growth, about) = ranges.channel.delay_growth?;
     let (of_odometry, _) = odometry.channel.delay_growth.unwrap_or_default();
     let rate = growth - of_odometry;
-    let lasted = seconds(of.facts.source.start_ns, of.facts.source.end_ns);
+    let first = used(of.facts, "range")
+        .map(|channel| channel.first_ns)
+        .min()?;
+    let last = used(of.facts, "range")
+        .map(|channel| channel.last_ns)
+        .max()?;
+    let lasted = seconds(first, last);
     let grown = rate * lasted;
     if grown.abs() < SKEW || grown.abs() < 3.0 * about {
         return None;
