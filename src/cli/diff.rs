@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
+use serde_json::json;
+
 use super::check::Compared;
 use super::parameters::{Parameters, assignment};
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
+use crate::core::legible::inert_line;
 use crate::io::output::print;
-use crate::tools::diff::{Diff, Terms};
+use crate::tools::diff::{Diff, Folders, Terms, together};
 use crate::tools::golden::SHOWN;
 
 /// Compare two results: of logs, recordings, feature files or golden files
@@ -29,10 +32,11 @@ Examples:
   tmam diff monday.rrd tuesday.rrd                          what two recordings carry
   tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
   tmam diff drive.mcap --set-b frames.step=0.15             one log under two configurations
-  tmam diff golden/drive.golden.json drive.mcap"
+  tmam diff golden/drive.golden.json drive.mcap
+  tmam diff out-main out-branch                             two folders, by the names of their files"
 )]
 pub struct Args {
-    /// A log, a recording, a features.json or a golden file
+    /// A log, a recording, a features.json or a golden file; or a folder of them, against another one
     a: PathBuf,
     /// Another one [default: the same log, with --config-b or --set-b]
     #[arg(required_unless_present_any = ["config_b", "set_b"])]
@@ -70,9 +74,16 @@ impl Args {
                 .parameters
                 .varied_layers(self.config_b.clone(), &self.set_b)?,
             b_differs: self.config_b.is_some() || !self.set_b.is_empty(),
-            tolerances: self.tolerance,
+            tolerances: self.tolerance.clone(),
             only_map: self.compare == Compared::Map,
         };
+        if let Some(b) = &self.b
+            && self.a.is_dir()
+            && b.is_dir()
+        {
+            let folders = Folders::of(&self.a, b)?;
+            return self.of_folders(&folders, &terms);
+        }
         let diff = Diff::new(&self.a, self.b.as_deref(), &terms)?;
         print(&if self.json {
             format!("{:#}\n", diff.json(self.strict))
@@ -80,5 +91,39 @@ impl Args {
             diff.text(self.show, self.strict)
         })?;
         Ok(diff.exit(self.strict))
+    }
+
+    fn of_folders(&self, folders: &Folders, terms: &Terms) -> Result<Exit, Error> {
+        let mut all = Vec::new();
+        for (a, b) in &folders.pairs {
+            let diff = Diff::new(a, Some(b), terms)?;
+            if !self.json {
+                print(&format!("{}\n", diff.text(self.show, self.strict)))?;
+            }
+            all.push(diff);
+        }
+        let alone = folders.alone.iter().map(|file| file.display().to_string());
+        let alone: Vec<String> = alone.collect();
+        let exits: Vec<Exit> = all.iter().map(|diff| diff.exit(self.strict)).collect();
+        let exit = if exits.contains(&Exit::Differs) || !alone.is_empty() {
+            Exit::Differs
+        } else {
+            Exit::of_whole(!exits.is_empty() && !exits.contains(&Exit::Incomplete))
+        };
+        if self.json {
+            let pairs = all.iter().map(|diff| diff.json(self.strict));
+            let pairs: Vec<_> = pairs.collect();
+            let said = json!({ "exit_code": exit.code(), "pairs": pairs, "alone": alone });
+            print(&format!("{said:#}\n"))?;
+        } else {
+            for file in alone {
+                print(&format!(
+                    "{} has nothing of its name beside it\n",
+                    inert_line(&file)
+                ))?;
+            }
+            print(&together(&all))?;
+        }
+        Ok(exit)
     }
 }

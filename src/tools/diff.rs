@@ -3,6 +3,7 @@
 //! A log is replayed: beside results that record a configuration with that one, else with the
 //! defaults, and what is given on the command line stands over either.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -23,9 +24,9 @@ use crate::observe::features;
 use crate::observe::recording::read_carried;
 use crate::observe::viewer::CarriedError;
 use crate::tools::golden::{
-    Comparison, Difference, FeaturesFile, Golden, GoldenError, LabelsFile, Results,
+    Comparison, Difference, FeaturesFile, Golden, GoldenError, LabelsFile, Quality, Results,
     SCHEMA as GOLDEN, Tolerance, ToleranceError, all_results, compare, differences_in_json,
-    headlines, sections, unrecorded,
+    headline, headlines, sections, unrecorded,
 };
 
 /// The name and version of the JSON format.
@@ -44,6 +45,80 @@ pub struct Terms {
     pub tolerances: Vec<String>,
     /// Whether only the confirmed features of the map are compared.
     pub only_map: bool,
+}
+
+/// The files of two folders that hold results of one name, by it, and the names that only one of them has.
+#[derive(Debug, Default)]
+pub struct Folders {
+    pub pairs: Vec<(PathBuf, PathBuf)>,
+    pub alone: Vec<PathBuf>,
+}
+
+impl Folders {
+    /// Looks into both.
+    ///
+    /// # Errors
+    /// One that cannot be read.
+    pub fn of(a: &Path, b: &Path) -> Result<Self, DiffError> {
+        let (a, mut b) = (named(a)?, named(b)?);
+        let mut folders = Self::default();
+        for (name, file) in a {
+            match b.remove(&name) {
+                Some(other) => folders.pairs.push((file, other)),
+                None => folders.alone.push(file),
+            }
+        }
+        folders.alone.extend(b.into_values());
+        Ok(folders)
+    }
+}
+
+/// The results in a folder by their name; of several of one name, what says most.
+fn named(folder: &Path) -> Result<BTreeMap<String, PathBuf>, DiffError> {
+    const KINDS: [&str; 7] = [
+        ".golden.json",
+        ".golden.json.new",
+        ".check.rrd",
+        ".rrd",
+        ".features.json",
+        ".json",
+        ".mcap",
+    ];
+    let unreadable = |source| DiffError::Read {
+        path: folder.to_owned(),
+        source,
+    };
+    let mut named = BTreeMap::<String, (usize, PathBuf)>::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let kinds = KINDS.iter().enumerate();
+        let mut kinds = kinds.filter_map(|(rank, kind)| Some((rank, file.strip_suffix(kind)?)));
+        if let Some((rank, name)) = kinds.next() {
+            let found = (rank, entry.path());
+            let best = named
+                .entry(name.to_owned())
+                .or_insert_with(|| found.clone());
+            if found < *best {
+                *best = found;
+            }
+        }
+    }
+    let paths = named.into_iter().map(|(name, (_, path))| (name, path));
+    Ok(paths.collect())
+}
+
+/// How good all A and all B are together, in a line; nothing where that is not known.
+pub fn together(all: &[Diff]) -> String {
+    let known = all.iter().filter_map(|diff| diff.found.quality);
+    let (a, b): (Vec<Quality>, Vec<Quality>) = known.map(|[a, b]| (a, b)).unzip();
+    match a.len() {
+        0 => String::new(),
+        n => {
+            let [a, b] = [a, b].map(|all| Quality::of_all(&all));
+            format!("all {n} together, {}\n", headline(&a, &b))
+        }
+    }
 }
 
 /// Two sides and how they differ.

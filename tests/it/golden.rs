@@ -17,6 +17,7 @@ mod refusals;
 mod reports;
 mod rust;
 mod samples;
+mod suite;
 mod usage;
 mod verdicts;
 

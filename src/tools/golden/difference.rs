@@ -436,10 +436,20 @@ impl Comparison {
             let text = format!("configuration: {}", configuration.join("; "));
             self.differences
                 .insert(0, cause("configuration", text, fails));
-        } else if let Some(by) = by
-            && !self.matches(true)
-            && self.causes().next().is_none()
-        {
+            return;
+        }
+        if self.matches(true) || self.causes().next().is_some() {
+            return;
+        }
+        let found = self.differences.iter().find_map(|one| match one {
+            Difference::Finding(finding) => Some(finding.text.clone()),
+            _ => None,
+        });
+        if let Some(text) = found {
+            let text =
+                format!("findings: of what the log says besides its readings and poses, {text}");
+            self.differences.insert(0, cause("findings", text, false));
+        } else if let Some(by) = by {
             let now = env!("CARGO_PKG_VERSION");
             let text = format!(
                 "program: log and configuration are what they were, so tmam decides otherwise (then {by}, now {now})"

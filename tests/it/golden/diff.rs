@@ -197,3 +197,24 @@ fn features_of_a_damaged_log_are_no_ground_to_call_anything_good() {
     assert_eq!(run.code, 3, "{}", run.stdout);
     assert!(run.stdout.contains("INCOMPLETE"), "{}", run.stdout);
 }
+
+#[test]
+fn folders_are_compared_by_the_names_of_their_files() {
+    let (bench, _) = with_features();
+    let bytes = bench.bytes("drive.features.json");
+    for file in ["one/drive.features.json", "two/drive.json", "two/readme.md"] {
+        std::fs::create_dir_all(bench.path(file).parent().unwrap()).unwrap();
+        bench.put(file, &bytes);
+    }
+    let run = diff(&bench, &["one", "two"]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("nothing differs"), "{}", run.stdout);
+    bench.put("two/other.features.json", &bytes);
+    let run = diff(&bench, &["one", "two"]);
+    assert_eq!(run.code, 1, "{}{}", run.stdout, run.stderr);
+    let alone = "two/other.features.json has nothing of its name beside it";
+    assert!(run.stdout.contains(alone), "{}", run.stdout);
+    let said: Value =
+        serde_json::from_str(&diff(&bench, &["one", "two", "--json"]).stdout).unwrap();
+    assert_eq!(said["pairs"].as_array().unwrap().len(), 1);
+}
