@@ -92,6 +92,17 @@ pub struct Input {
     /// Frame that the odometry is in, where messages or transforms give the robot's pose in several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_frame: Option<String>,
+    /// Another log, of which only the transforms that never move and the robot's description are taken: the
+    /// first part of a split recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mounts_from: Option<String>,
+    /// Which of two tracks that alternate on the odometry's topic is used: 1, with the first sample, or 2.
+    /// All samples where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_track: Option<u8>,
+    /// What becomes of the odometry's jumps; they stay where not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub odometry_jumps: Option<Jumps>,
     /// Leave out readings that merely repeat a sonar's last value while the robot moved.
     pub drop_repeats: bool,
     /// Use messages that only the data section's checksum covers where that does not agree: any of
@@ -111,6 +122,18 @@ pub struct Input {
     pub odometry_scale: f64,
     /// What turns of odometry are multiplied with.
     pub odometry_turn_scale: f64,
+}
+
+/// What becomes of jumps in the odometry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Jumps {
+    /// They are how the robot moved.
+    Keep,
+    /// Behind each the robot goes on as it drove before: a node or a gyro was set anew.
+    TakeOut,
+    /// Each is laid over the time since the one before: a localisation corrected its drift.
+    Spread,
 }
 
 /// What is taken for the stamps of readings.

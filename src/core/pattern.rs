@@ -24,3 +24,7 @@ pub fn glob_set(patterns: &[String]) -> Result<globset::GlobSet, PatternError> {
     }
     set.build().map_err(|e| bad(&patterns.join(" "), &e))
 }
+/// Whether patterns choose a name: one of them fits, or there is none.
+pub fn is_chosen(patterns: &[String], name: &str) -> bool {
+    patterns.is_empty() || glob_set(patterns).is_ok_and(|set| set.is_match(name))
+}

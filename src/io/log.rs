@@ -5,6 +5,7 @@
 //! [`types`] and a function in [`ranges`] or [`poses`].
 
 mod assemble;
+mod axes;
 pub mod channels;
 mod cone;
 pub mod container;
@@ -29,6 +30,7 @@ mod ros;
 mod sonars;
 mod stamps;
 pub mod survey;
+pub mod tracks;
 pub mod traits;
 mod transforms;
 pub mod truth;

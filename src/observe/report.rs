@@ -12,6 +12,7 @@ use crate::core::legible::{legible, one_line};
 use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
+use crate::core::pattern::is_chosen;
 use crate::core::replay::Outcome;
 use crate::core::statistics::seconds;
 use crate::core::tmam::feature::{Kind, MapFeature, Status};
@@ -115,12 +116,17 @@ type CountRow = (&'static str, u64, String);
 
 fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     let (source, tally) = (setting.source, &outcome.tally);
+    let asked = &setting.config.input.sonars;
+    let chosen = setting
+        .sonars
+        .iter()
+        .filter(|sonar| is_chosen(asked, &sonar.name));
     let mut text = format!(
         "{}: {:.1} s, {:.1} m, {}{}\n",
         source.file,
         seconds(source.start_ns, source.end_ns),
         outcome.distance,
-        plural(setting.sonars.len() as u64, "sonar"),
+        plural(chosen.count() as u64, "sonar"),
         if source.complete { "" } else { ", INCOMPLETE" },
     );
     let surplus = match tally.surplus {

@@ -5,6 +5,7 @@
 mod axes;
 mod clocks;
 mod coarse_ranges;
+mod dead;
 mod distances;
 pub mod examined;
 pub mod facts;
@@ -43,7 +44,7 @@ use finding::{Finding, Weight};
 type Check = fn(&Examined<'_>) -> Vec<Finding>;
 
 /// In the order in which findings of one weight are told.
-const CHECKS: [Check; 25] = [
+const CHECKS: [Check; 26] = [
     |of| unread::check(of.facts),
     |of| obstacles::findings(of.facts, &of.survey.obstacles),
     |of| losses::check(of.facts).into_iter().collect(),
@@ -67,7 +68,8 @@ const CHECKS: [Check; 25] = [
     |of| stamps::check(of.facts),
     clocks::check,
     |of| sonar::check(of.facts),
-    |of| one_mount::check(of.facts).into_iter().collect(),
+    one_mount::check,
+    dead::check,
     last,
 ];
 

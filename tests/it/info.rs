@@ -2,6 +2,7 @@
 //! configuration it proposes is enough to replay them.
 
 mod hopeless;
+mod numbers;
 mod skeletons;
 mod sound;
 mod whole;

@@ -50,10 +50,11 @@ pub struct ChannelFields {
     /// Path of the robot's heading.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw: Option<String>,
-    /// Path of a message with `x`, `y`, `z`: stands for `x` and `y`.
+    /// Path of a message with `x`, `y`, `z`, or of an array of them: stands for `x` and `y`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<String>,
-    /// Path of a message with `x`, `y`, `z`, `w`: stands for `yaw`.
+    /// Path of a message with `x`, `y`, `z`, `w`, or of an array that begins with w (px4_msgs, MAVLink): stands
+    /// for `yaw`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation: Option<String>,
     /// Unit of angles at paths; radians where not given.
@@ -62,6 +63,38 @@ pub struct ChannelFields {
     /// Metres per unit of lengths at paths; 1 where not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub metres_per_unit: Option<f64>,
+    /// Axis of the poses that points up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<Up>,
+    /// How the robot's heading is counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading: Option<Heading>,
+}
+
+/// Axis of poses that points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Up {
+    /// As of robots (REP 103).
+    #[serde(rename = "z")]
+    Z,
+    /// As of cameras that follow a body.
+    #[serde(rename = "y")]
+    Y,
+    /// North, east, down, and forward, right, down: they become east, north, up, and forward, left, up.
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+/// How a heading is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Heading {
+    /// From x on (REP 103).
+    Counterclockwise,
+    /// From x on.
+    Clockwise,
+    /// Clockwise from y, which is north.
+    Compass,
 }
 
 /// A number, or where the message has it.
@@ -114,7 +147,10 @@ impl ChannelFields {
             &self.position,
             &self.orientation,
         ];
-        let says_something = self.type_name.is_some() || self.metres_per_unit.is_some();
+        let says_something = self.type_name.is_some()
+            || self.metres_per_unit.is_some()
+            || self.up.is_some()
+            || self.heading.is_some();
         says_something && paths.iter().all(|path| path.is_none())
     }
 

@@ -64,6 +64,9 @@ pub const KEYS: &[Key] = &[
     key("input.end", Plain, AtLeast(0.0), "s after the first reading; later ones are left out"),
     key("input.robot_frame", Plain, Any, "frame the odometry moves; default: its child_frame_id"),
     key("input.world_frame", Plain, Any, "frame the odometry is in, where there are several"),
+    key("input.mounts_from", Plain, Any, "another log that has the mounts: the first part of a split recording"),
+    key("input.odometry_track", Plain, Between(0.0, 3.0), "1 or 2, of two tracks that alternate on the odometry's topic; default: all samples"),
+    key("input.odometry_jumps", Plain, Any, "\"keep\" (default), \"take-out\": it goes on as it drove, or \"spread\": corrections of drift"),
     key("input.drop_repeats", Plain, Any, "leave out readings that repeat the last one while driving"),
     key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
     key("input.max_readings", Plain, AtLeast(1.0), "readings and odometry samples held, 60 bytes each"),
@@ -147,9 +150,11 @@ pub const KEYS: &[Key] = &[
     key("channel.*.x", Plain, Any, "path of the robot's position, for odometry"),
     key("channel.*.y", Plain, Any, "path"),
     key("channel.*.yaw", Plain, Any, "path of the robot's heading"),
-    key("channel.*.position", Plain, Any, "path of a message with x, y, z, for x and y"),
-    key("channel.*.orientation", Plain, Any, "path of a quaternion x, y, z, w, for yaw"),
+    key("channel.*.position", Plain, Any, "path of a message with x, y, z, or of an array, for x and y"),
+    key("channel.*.orientation", Plain, Any, "path of a quaternion, for yaw: x, y, z, w, or an array that begins with w"),
     key("channel.*.angle_unit", Plain, Any, "of angles at paths: \"rad\" (default), \"deg\""),
+    key("channel.*.up", Plain, Any, "axis of the poses that points up: \"z\" (default), \"y\", or \"-z\": NED, which becomes ENU"),
+    key("channel.*.heading", Plain, Any, "\"counterclockwise\" from x (default), \"clockwise\" from x, or \"compass\": clockwise from y"),
     key("channel.*.metres_per_unit", Plain, Above(0.0), "of lengths at paths, or without any of all that the messages hold; default: 1"),
 ];
 

@@ -7,16 +7,18 @@ use super::channels::ChannelReport;
 use super::container::Loss;
 use super::error::LogError;
 use super::gather::Gatherer;
+use super::leaps::{spread_jumps, take_out_jumps};
 use super::message::Role;
 use super::namespaces::{Frames, is_in};
 use super::odometry::{Chosen, Circumstances, Odometry};
 use super::sonars::Placing;
 use super::stamps::{self, Clock, ClockSet};
+use super::tracks::one_track;
 use super::traits::Traits;
 use super::{channels as found, hits, repeats};
 use crate::core::calibrate::change::Change;
-use crate::core::config::Config;
 use crate::core::config::channel::of_topic;
+use crate::core::config::{Config, Jumps};
 use crate::core::event::Events;
 use crate::core::legible::one_line;
 use crate::core::log::Log;
@@ -155,6 +157,10 @@ fn put_together(
     left_out.extend(unplaced);
     let mut samples = odometry.samples;
     samples.sort_by_key(|sample| sample.stamp_ns);
+    if let Some(track) = config.input.odometry_track {
+        samples = one_track(samples, track);
+        odometry.traits.forget_speeds();
+    }
     let topic = &odometry.topic;
     lost.extend(stamps::take_out_astray(&mut samples, |s| s.stamp_ns, topic));
     lost.extend(stamps::take_out_far(&mut samples, topic));
@@ -171,6 +177,15 @@ fn put_together(
         .collect();
     let clock_set = stamps::jump(&ranges, &odometry.clock)
         .or_else(|| stamps::returned(&ranges, &odometry.clock));
+    if let Some(jumps) = config.input.odometry_jumps {
+        let twice = clock_set.as_ref().map_or(&[][..], |set| &set.twice);
+        match jumps {
+            Jumps::Keep => {}
+            Jumps::TakeOut => take_out_jumps(&mut samples, twice),
+            Jumps::Spread => spread_jumps(&mut samples, twice),
+        }
+        odometry.traits.forget_speeds();
+    }
     let mut time_notes: Vec<String> = clock_set.iter().map(ClockSet::text).collect();
     time_notes.extend(stamps::backward(&ranges, &odometry.clock));
     time_notes.extend(stamps::uncovered(

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use super::axes::Axes;
 use super::cone::Cone;
 use super::container::{Channel, Loss, RawMessage};
 use super::custom;
@@ -86,6 +87,7 @@ struct Reader {
     asked_for: bool,
     /// Of all lengths in its messages.
     metres_per_unit: f64,
+    axes: Axes,
     is_cdr: bool,
 }
 
@@ -267,6 +269,7 @@ impl Channels {
                         way,
                         asked_for: asked_for || is_described,
                         metres_per_unit: metres_per_unit.unwrap_or(1.0),
+                        axes: described.map_or_else(Axes::default, Axes::of),
                         is_cdr: channel.encoding == "cdr",
                     })
                 })
@@ -303,8 +306,19 @@ impl Reader {
             Content::Crowd(count) => Err(DecodeError::Channel(format!(
                 "a message of it holds {count} ranges; no more than {MOST_SONARS} sonars are told apart"
             ))),
-            content => Ok(content.scaled(self.metres_per_unit)),
+            content => Ok(self.laid(content.scaled(self.metres_per_unit))),
         }
+    }
+}
+
+impl Reader {
+    fn laid(&self, mut content: Content) -> Content {
+        if let Content::Odometry(odometry) = &mut content
+            && let Some(pose) = &mut odometry.parent_from_child
+        {
+            self.axes.lay(pose);
+        }
+        content
     }
 }
 

@@ -16,6 +16,7 @@
 //! - `source`: bytes of the file, a window at a time; where records begin and end
 //! - `record`: the fields of a record
 //! - `summary`: footer and summary, which are read first, and the index of chunks
+//! - `packed`: files that are compressed as a whole
 //! - `walker`: one record after the other, and where to go on behind a damaged one
 //! - `chunk`: decompression and checksum
 //! - `channels`: definitions held by their numbers, and messages handed over with them
@@ -24,6 +25,7 @@
 mod channels;
 mod chunk;
 mod loss;
+mod packed;
 mod record;
 mod source;
 mod summary;

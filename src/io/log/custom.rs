@@ -38,6 +38,13 @@ pub fn paths(described: &ChannelFields) -> Vec<String> {
         paths.extend([or(&described.x, "x"), or(&described.y, "y")]);
         paths.push(path(&described.yaw));
         paths.extend(["x", "y", "z", "w"].map(|name| inside(&described.orientation, name)));
+        let element = |array: &Option<String>, place: usize| {
+            let path = array.as_ref().map(|array| format!("{array}[{place}]"));
+            path.unwrap_or_default()
+        };
+        paths.extend([1, 2, 3, 0].map(|place| element(&described.orientation, place)));
+        paths.push(inside(position, "z"));
+        paths.extend([0, 1, 2].map(|place| element(position, place)));
     } else {
         paths.push(path(&described.range));
         let limits = [
@@ -110,9 +117,37 @@ fn odometry(
     described: &ChannelFields,
     fields: &Fields<'_>,
 ) -> Result<TransformMessage, FieldError> {
-    let [stamp, frame, x, y, yaw, turn @ ..] = fields.all::<9>();
+    let all = fields.all::<17>();
+    let [
+        stamp,
+        frame,
+        x,
+        y,
+        yaw,
+        qx,
+        qy,
+        qz,
+        qw,
+        ex,
+        ey,
+        ez,
+        ew,
+        z,
+        place @ ..,
+    ] = &all;
+    let turn = match ew.is_there() {
+        true => [ex, ey, ez, ew],
+        false => [qx, qy, qz, qw],
+    };
+    let turn = turn.map(Clone::clone);
+    let [px, py, pz] = place;
+    let [x, y, z] = match px.is_there() {
+        true => [px, py, pz],
+        false => [x, y, z],
+    };
+    let height = z.number().unwrap_or_default();
     let metres = described.metres_per_unit.unwrap_or(1.0);
-    let position = Vector3::new(x.number()?, y.number()?, 0.0) * metres;
+    let position = Vector3::new(x.number()?, y.number()?, height) * metres;
     let quaternion = described.orientation.is_some().then(|| as_written(&turn));
     let turn = if described.orientation.is_some() {
         rotation(&turn)?
@@ -123,8 +158,8 @@ fn odometry(
         yaw.is_finite().then_some(turn)
     };
     Ok(TransformMessage {
-        stamp_ns: stamp_of(described, &stamp)?,
-        parent: frame_of(described, &frame)?,
+        stamp_ns: stamp_of(described, stamp)?,
+        parent: frame_of(described, frame)?,
         child: String::new(),
         parent_from_child: turn.and_then(|turn| placed(position, turn)),
         quaternion: quaternion.flatten(),
@@ -224,6 +259,20 @@ mod tests {
         let quarter = std::f64::consts::FRAC_PI_2;
         assert!((yaw("x='p.x'\ny='p.y'\nyaw='a'\nangle_unit='deg'") - quarter).abs() < 1e-12);
         assert!((yaw("position='p'\norientation='q'").abs() - 2.0 * quarter).abs() < 1e-12);
+    }
+
+    #[test]
+    fn arrays_of_a_position_and_of_a_quaternion_that_begins_with_w() {
+        let text = r#"{"position":[3,4,-1],"q":[0,0,0,1]}"#;
+        let Content::Odometry(odometry) =
+            content("position='position'\norientation='q'", text).unwrap()
+        else {
+            panic!()
+        };
+        let pose = odometry.parent_from_child.unwrap();
+        assert_eq!(pose.translation.vector, Vector3::new(3.0, 4.0, -1.0));
+        assert!((pose.rotation.euler_angles().2.abs() - std::f64::consts::PI).abs() < 1e-12);
+        assert_eq!(odometry.quaternion, Some([0.0, 0.0, 1.0, 0.0]));
     }
 
     #[test]

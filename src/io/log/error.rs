@@ -276,7 +276,8 @@ fn carried_by(carrier: &str, robot_frame: &str) -> String {
 }
 
 /// Only the first part of a split recording has what is said once (ros2/rosbag2#1159).
-const LATER_PART: &str = " A later part of a split recording lacks /tf_static, which is in its first part: replay the folder.";
+const LATER_PART: &str = " A later part of a split recording lacks /tf_static, which is in its first part: replay the folder, \
+    or set input.mounts_from = \"FIRST_PART.mcap\".";
 
 /// Points of a sonar ring, without the mounts of its sonars.
 #[derive(Debug, thiserror::Error)]

@@ -33,7 +33,10 @@ fn find(json: &Json, path: &str) -> Value<'static> {
         return Value::List(items.iter().map(|item| find(item, path)).collect());
     }
     let (name, rest) = path.split_once('.').unwrap_or((path, ""));
-    let name = name.strip_suffix("[]").unwrap_or(name);
+    let array = name
+        .strip_suffix(']')
+        .and_then(|name| name.rsplit_once('['));
+    let name = array.map_or(name, |(name, _)| name);
     json.get(name)
         .map_or(Value::Nothing, |inner| find(inner, rest))
 }

@@ -8,6 +8,7 @@ use super::channels::{ChannelReport, Channels};
 use super::container::{self, Channel, Loss, OpenError, RawMessage, Unchecked};
 use super::error::LogError;
 use super::gather::Gatherer;
+use super::message::Content;
 use super::truth::RecordedTruth;
 use crate::core::config::Config;
 use crate::core::legible::name;
@@ -79,6 +80,7 @@ impl Gathered {
     ) -> Result<Self, LogError> {
         let mut channels = Channels::new(config)?;
         let mut gatherer = Gatherer::new(config);
+        take_mounts_from(config, &mut gatherer)?;
         let mut truth = RecordedTruth::default();
         let losses = walk(&mut |channel, message| {
             if with_truth {
@@ -129,6 +131,31 @@ impl Gathered {
     pub fn truth(&self) -> &RecordedTruth {
         &self.truth
     }
+}
+
+/// Takes what another log says of the robot's frames that never move, where the configuration names one.
+///
+/// # Errors
+/// When that log cannot be read.
+pub fn take_mounts_from(config: &Config, gatherer: &mut Gatherer) -> Result<(), LogError> {
+    let Some(path) = config.input.mounts_from.as_deref().map(Path::new) else {
+        return Ok(());
+    };
+    let mut channels = Channels::new(config)?;
+    let walked = container::walk(path, unchecked(config), &mut |channel, message| {
+        if let Some(read) = channels.read(channel, message)
+            && match read.content {
+                Content::Transforms(_) => read.topic.ends_with("tf_static"),
+                Content::Description(_) => true,
+                _ => false,
+            }
+        {
+            gatherer.take(read, message.log_time);
+        }
+    });
+    gatherer.messages = 0;
+    walked.map_err(|error| LogError::open(path, error))?;
+    Ok(())
 }
 
 /// What the configuration says of messages without a checksum that holds.

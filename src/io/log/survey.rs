@@ -13,7 +13,7 @@ use super::container::{self, Loss};
 use super::error::LogError;
 use super::gather::{Gatherer, STAND_IN};
 use super::message::{Content, Role};
-use super::read::{file_name, unchecked};
+use super::read::{file_name, take_mounts_from, unchecked};
 use super::sonars::UNUSED;
 use super::stamps::ClockSet;
 use super::traits::Traits;
@@ -100,6 +100,7 @@ type Looked = (Gatherer, Vec<ChannelReport>, Vec<Loss>, Vec<ChannelClock>);
 fn look(path: &Path, config: &Config) -> Result<Looked, LogError> {
     let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::new(config);
+    take_mounts_from(config, &mut gatherer)?;
     let mut clocks = Clocks::default();
     let losses = container::walk(path, unchecked(config), &mut |channel, message| {
         let read = channels.read(channel, message);

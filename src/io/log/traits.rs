@@ -85,6 +85,11 @@ impl Default for PoseTraits {
 }
 
 impl PoseTraits {
+    /// Forgets what speeds say of poses that have been changed.
+    pub fn forget_speeds(&mut self) {
+        (self.ways, self.way_along, self.turns) = ([0.0; 2], 0.0, [0.0; 2]);
+    }
+
     /// Takes a message that says the pose of a sample.
     pub fn take(&mut self, message: &TransformMessage, sample: OdometrySample) {
         self.poses += 1;

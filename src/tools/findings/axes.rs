@@ -10,8 +10,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 }
 
 fn found(of: &Examined<'_>) -> Option<Finding> {
-    let mounts = of.facts.sonars.iter().zip(&of.survey.traits.mounts);
-    let optical: Vec<_> = mounts.filter(|(_, mount)| mount.is_optical).collect();
+    let optical: Vec<_> = of.sonars().filter(|(_, mount)| mount.is_optical).collect();
     let names: Vec<&str> = optical
         .iter()
         .map(|(sonar, _)| sonar.name.as_str())

@@ -66,12 +66,13 @@ fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
     };
     let step = COARSE.into_iter().find(is_on)?;
     let tried = of.tried(BY_RECORDING).unwrap_or_default();
+    let delays = used(of.facts, "range").filter_map(|channel| channel.extreme_delay);
     Some(Finding::new(
         Weight::Serious,
         "coarse-stamps",
         format!(
             "the ranges are stamped in whole steps of {step} s, and recorded up to {:.2} s later",
-            ranges.channel.delay_spread
+            delays.fold(0.0, f64::max)
         ),
         "readings meet the pose of the last full step, and walls come in stairs",
         format!("let the driver stamp to the nanosecond; for this log {BY_RECORDING}{tried}"),
@@ -83,7 +84,13 @@ fn running(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Optio
     let (growth, about) = ranges.channel.delay_growth?;
     let (of_odometry, _) = odometry.channel.delay_growth.unwrap_or_default();
     let rate = growth - of_odometry;
-    let lasted = seconds(of.facts.source.start_ns, of.facts.source.end_ns);
+    let first = used(of.facts, "range")
+        .map(|channel| channel.first_ns)
+        .min()?;
+    let last = used(of.facts, "range")
+        .map(|channel| channel.last_ns)
+        .max()?;
+    let lasted = seconds(first, last);
     let grown = rate * lasted;
     if grown.abs() < SKEW || grown.abs() < 3.0 * about {
         return None;
@@ -149,8 +156,13 @@ fn other(ranges: &Clock<'_>) -> Option<Finding> {
             Weight::Notable,
             "other-clock",
             format!(
-                "stamps lie {:.0} s before the time of recording",
-                ranges.delay
+                "stamps lie {:.0} s {} the time of recording",
+                ranges.delay.abs(),
+                if ranges.delay > 0.0 {
+                    "before"
+                } else {
+                    "behind"
+                }
             ),
             "none, if ranges and odometry share the clock: stamps count",
             "",

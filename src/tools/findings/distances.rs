@@ -25,7 +25,13 @@ fn units(of: &Examined<'_>) -> Option<Finding> {
                 || (sonar.max_range.is_finite() && sonar.max_range > FARTHEST))
     };
     let long: Vec<&SonarFacts> = sonars.iter().filter(is_long).collect();
-    let first = long.first()?;
+    let medians = long.iter().filter_map(|sonar| sonar.median);
+    let (nearest, limit) = (
+        medians.reduce(f64::min)?,
+        long.iter()
+            .map(|sonar| sonar.max_range)
+            .fold(f64::INFINITY, f64::min),
+    );
     let names: Vec<&str> = long.iter().map(|sonar| sonar.name.as_str()).collect();
     let tried = [("centimetres", 0.01), ("millimetres", 0.001)]
         .into_iter()
@@ -39,10 +45,12 @@ fn units(of: &Examined<'_>) -> Option<Finding> {
         Weight::Serious,
         "units",
         format!(
-            "{}: half of the echoes are farther than {:.0} m, and max_range is {} m: no sonar in the air reaches so far",
+            "{}: half of the echoes are farther than {nearest:.0} m{}: no sonar in the air reaches so far",
             which_sonars(&names, sonars.len()),
-            first.median.unwrap_or_default(),
-            first.max_range as f32
+            match limit.is_finite() {
+                true => format!(", and max_range is {} m or more", limit as f32),
+                false => String::new(),
+            }
         ),
         "the map is as much too large",
         tried.unwrap_or_else(|| {

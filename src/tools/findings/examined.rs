@@ -1,10 +1,12 @@
 //! What the checks look at, and how advice is tried before it is given.
 
 use super::facts::Facts;
+use super::sonars::SonarFacts;
 use super::trial::{Attempt, Explained};
 use crate::core::config::Config;
 use crate::io::config::file::overridden;
 use crate::io::log::survey::Survey;
+use crate::io::log::traits::MountTraits;
 
 /// What the checks look at.
 pub struct Examined<'a> {
@@ -15,6 +17,13 @@ pub struct Examined<'a> {
 }
 
 impl Examined<'_> {
+    /// The sonars with what their messages and mounts say besides.
+    pub fn sonars(&self) -> impl Iterator<Item = (&SonarFacts, &MountTraits)> {
+        let mounts = &self.survey.traits.mounts;
+        let sonars = self.facts.sonars.iter();
+        sonars.filter_map(|sonar| Some((sonar, mounts.get(sonar.id.index())?)))
+    }
+
     /// What a replay of the log as it is explains; `None` where there was none.
     pub fn explained(&self) -> Option<Explained> {
         self.facts.replay.outcome.as_ref().map(Explained::new)
@@ -29,9 +38,21 @@ impl Examined<'_> {
     /// The same where it explains at least such a share of the arcs.
     pub fn tried_for(&self, least: f64, keys: &str) -> Option<String> {
         let with = self.explained_with(keys)?;
-        if with.share < least {
-            return None;
-        }
+        (with.share >= least).then(|| self.in_words(with)).flatten()
+    }
+
+    /// Of several keys the one with which a replay's map takes the fewest bits, in words, where that is plainly
+    /// more than as it is.
+    pub fn best<'k>(&self, keys: &'k [String]) -> Option<(&'k str, String)> {
+        let tried = keys
+            .iter()
+            .filter_map(|keys| Some((keys, self.explained_with(keys)?)));
+        let (keys, with) = tried.min_by(|(_, a), (_, b)| a.bits.total_cmp(&b.bits))?;
+        Some((keys, self.in_words(with)?))
+    }
+
+    /// What came of a trial, where that is plainly more than without it.
+    fn in_words(&self, with: Explained) -> Option<String> {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         match self.explained() {
             None => Some(format!(

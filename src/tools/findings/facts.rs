@@ -7,6 +7,7 @@ use super::sonars::{self, SonarFacts};
 use super::trial::{Replayable, Trial};
 use crate::core::event::RangeReading;
 use crate::core::observer::Source;
+use crate::core::pattern::is_chosen;
 use crate::core::replay::Outcome;
 use crate::core::rounding::optional;
 use crate::io::log::channels::ChannelReport;
@@ -43,6 +44,7 @@ impl Facts {
         } = survey;
         let channels = self::channels(&survey.channels, &survey.clocks);
         let mut sonars = sonars::sonars(&log.events, config);
+        sonars.retain(|sonar| is_chosen(&config.input.sonars, &sonar.name));
         // What a placeholder stands for is not known.
         let (mounts, beams) = (missing_mounts(obstacles), without_beam(obstacles));
         for sonar in &mut sonars {

@@ -69,8 +69,10 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
     }
     let known = REASONS.iter().find(|(name, ..)| name == reason);
     let (what, mend) = known.map_or(NEITHER_FITS, |(_, what, mend)| (what, mend));
+    // That wall and corner fit alike is no fault: a sonar alone rarely decides.
+    let is_fault = few && *reason != "ambiguous";
     Some(Finding::new(
-        if few { Serious } else { Notable },
+        if is_fault { Serious } else { Notable },
         CODE,
         format!(
             "{} of {arcs} arcs are labelled; {} are not because {what} ({reason})",

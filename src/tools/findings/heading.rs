@@ -5,9 +5,11 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
-use super::{interleaved, poses, speed};
+use super::poses::best_axes;
+use super::{poses, speed};
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Vec2, direction, wrap_angle};
+use crate::io::log::tracks::two_tracks;
 
 /// Less way tells nothing, metres.
 const ENOUGH: f64 = 1.0;
@@ -27,7 +29,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 fn found(of: &Examined<'_>) -> Option<Finding> {
     let samples = &of.survey.log.events.odometry;
     if poses::are_none(&of.survey.traits.poses)
-        || interleaved::apart(samples).is_some()
+        || two_tracks(samples).is_some()
         || speed::usual(samples).is_some_and(|speed| speed > speed::FASTEST)
     {
         return None; // from which it follows
@@ -40,8 +42,12 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         "heading",
         what,
         "beams are laid into wrong directions, and walls do not join",
-        "headings are counter-clockwise from x, in radians, of the frame that the sonars are mounted in (REP 103): \
-         look at what makes them",
+        match best_axes(of) {
+            Some(key) => format!("set {key}; better, mend what makes the heading"),
+            None => "headings are counter-clockwise from x, in radians, of the frame that the sonars are mounted in \
+                     (REP 103): look at what makes them"
+                .to_owned(),
+        },
     ))
 }
 

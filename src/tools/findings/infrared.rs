@@ -5,8 +5,8 @@ use super::finding::{Finding, Weight, which_sonars};
 
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
     let sonars = &of.facts.sonars;
-    let with_traits = || sonars.iter().zip(&of.survey.traits.mounts);
-    let infrared: Vec<&str> = with_traits()
+    let infrared: Vec<&str> = of
+        .sonars()
         .filter(|(_, traits)| traits.infrared)
         .map(|(sonar, _)| sonar.name.as_str())
         .collect();
@@ -14,7 +14,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
         return Vec::new();
     }
     let all = infrared.len() == sonars.len();
-    let sound = with_traits().filter(|(_, traits)| !traits.infrared);
+    let sound = of.sonars().filter(|(_, traits)| !traits.infrared);
     let sound: Vec<String> = sound
         .map(|(sonar, _)| toml::Value::from(sonar.name.as_str()).to_string())
         .collect();
@@ -38,10 +38,9 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
         if all {
             "if they are sonars, mend radiation_type in the driver (0 is ultrasound)".to_owned()
         } else {
-            format!(
-                "leave them out: input.sonars = [{}], or --sensor",
-                sound.join(", ")
-            )
+            let key = format!("input.sonars = [{}]", sound.join(", "));
+            let tried = of.tried(&key).unwrap_or_default();
+            format!("leave them out: {key}{tried}, or --sensor")
         },
     )]
 }

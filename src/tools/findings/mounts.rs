@@ -98,7 +98,7 @@ fn twice(of: &Examined<'_>) -> Option<Finding> {
     ))
 }
 
-fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
+pub fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
     let (mut last, mut beside, mut alike) = (None, 0, 0);
     for reading in &events.readings {
         if reading.sonar == other {

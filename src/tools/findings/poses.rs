@@ -13,7 +13,7 @@ const FLAT: f64 = 1.0;
 
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
     let poses = &of.survey.traits.poses;
-    [quaternions(of, poses), leaning(poses), flying(poses)]
+    [quaternions(of, poses), leaning(of, poses), flying(poses)]
         .into_iter()
         .flatten()
         .collect()
@@ -85,7 +85,7 @@ fn of_heading(of: &Examined<'_>) -> Option<String> {
 }
 
 /// Poses with another axis up (mocap) or with z down (NED).
-fn leaning(poses: &PoseTraits) -> Option<Finding> {
+fn leaning(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
     let share = fraction(poses.leaning, poses.poses);
     if share < MANY {
         return None;
@@ -107,8 +107,27 @@ fn leaning(poses: &PoseTraits) -> Option<Finding> {
             percent(share)
         ),
         "the map is laid through x and y of these poses, and is not the floor's",
-        "turn the poses so that z is up before they are recorded (REP 103)",
+        match best_axes(of) {
+            Some(key) => {
+                format!("set {key}; better, turn the poses before they are recorded (REP 103)")
+            }
+            None => "turn the poses so that z is up before they are recorded (REP 103)".to_owned(),
+        },
     ))
+}
+
+/// The key that lays the odometry's axes so that its map explains more, with what came of it.
+pub fn best_axes(of: &Examined<'_>) -> Option<String> {
+    let topic = toml::Value::from(of.survey.odometry_topic.as_deref()?);
+    let keys = [
+        "up = \"y\"",
+        "up = \"-z\"",
+        "heading = \"clockwise\"",
+        "heading = \"compass\"",
+    ];
+    let keys = keys.map(|key| format!("channel.{topic}.{key}"));
+    let (key, tried) = of.best(&keys)?;
+    Some(format!("{key}{tried}"))
 }
 
 /// Poses that rise and fall.

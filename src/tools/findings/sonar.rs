@@ -15,7 +15,7 @@ const MANY: f64 = 0.25;
 const ENOUGH_ECHOES: u64 = 20;
 
 /// ... which is no chance for a sonar with a fine raster from this share on ...
-const REPEATS: f64 = 0.05;
+const REPEATS: f64 = 0.1;
 
 /// ... and for one with a coarse raster, which sees a wall beside it as the same for long, from this on.
 const QUANTISED_REPEATS: f64 = 0.5;
@@ -28,22 +28,23 @@ struct SonarCheck {
     weight: Weight,
     code: &'static str,
     is_wrong: fn(&SonarFacts) -> bool,
-    /// Told of the first sonar of which it holds.
-    what: fn(&SonarFacts, &Sequence) -> String,
+    /// Told of all sonars of which it holds.
+    what: fn(&[&SonarFacts], &Sequence) -> String,
     effect: &'static str,
     mend: &'static str,
 }
 
 const TOO_FAR_APART: &str = "too-far-apart";
 
-const SONAR_CHECKS: [SonarCheck; 7] = [
+const SONAR_CHECKS: [SonarCheck; 6] = [
     SonarCheck {
         weight: Serious,
         code: "limits",
         is_wrong: SonarFacts::limits_are_senseless,
-        what: |s, _| {
-            let (min, max) = (s.min_range, s.max_range);
-            format!("no echo fits between min_range {min} m and max_range {max} m")
+        what: |sonars, _| {
+            let min = between(sonars, |s| s.min_range, |metres| format!("{metres} m"));
+            let max = between(sonars, |s| s.max_range, |metres| format!("{metres} m"));
+            format!("no echo fits between min_range {min} and max_range {max}")
         },
         effect: "every reading counts as no echo or as invalid",
         mend: "set min_range and max_range under [sonar.\"NAME\"] from the data sheet; the skeleton below has \
@@ -53,9 +54,10 @@ const SONAR_CHECKS: [SonarCheck; 7] = [
         weight: Serious,
         code: "beam-width",
         is_wrong: |s| s.beam_width.is_some_and(|w| w >= WIDEST_BEAM),
-        what: |s, _| {
-            let degrees = s.beam_width.unwrap_or(0.0).to_degrees();
-            format!("the beam is {degrees:.0} deg wide")
+        what: |sonars, _| {
+            let degrees = |s: &SonarFacts| s.beam_width.unwrap_or(0.0).to_degrees();
+            let width = between(sonars, degrees, |degrees| format!("{degrees:.0} deg"));
+            format!("the beam is {width} wide")
         },
         effect: "points anywhere around the robot count, and labels mean little",
         mend: "field_of_view is in radians: does the driver write degrees? sonars.beam_width (deg) overrules \
@@ -65,8 +67,8 @@ const SONAR_CHECKS: [SonarCheck; 7] = [
         weight: Serious,
         code: "repeats",
         is_wrong: repeats_too_often,
-        what: |s, _| {
-            let share = percent(s.repeated());
+        what: |sonars, _| {
+            let share = between(sonars, SonarFacts::repeated, percent);
             format!("{share} of the echoes repeat the last one although the sensor moved")
         },
         effect: "equal ranges from different places look like a wall along the path",
@@ -75,11 +77,11 @@ const SONAR_CHECKS: [SonarCheck; 7] = [
     SonarCheck {
         weight: Serious,
         code: TOO_FAR_APART,
-        is_wrong: |s| fraction(s.too_far_apart, s.readings) > MANY,
-        what: |s, bounds| {
+        is_wrong: |s| apart(s) > MANY,
+        what: |sonars, bounds| {
             format!(
                 "{} of the neighbouring readings lie more than {} m or {} s apart",
-                percent(fraction(s.too_far_apart, s.readings)),
+                between(sonars, apart, percent),
                 bounds.max_baseline,
                 bounds.max_gap
             )
@@ -90,21 +92,13 @@ const SONAR_CHECKS: [SonarCheck; 7] = [
     SonarCheck {
         weight: Notable,
         code: "invalid",
-        is_wrong: |s| fraction(s.invalid, s.readings) > MANY,
-        what: |s, _| {
-            let share = percent(fraction(s.invalid, s.readings));
+        is_wrong: |s| invalid(s) > MANY,
+        what: |sonars, _| {
+            let share = between(sonars, invalid, percent);
             format!("{share} of the readings mean nothing (NaN, -inf or below min_range)")
         },
         effect: "they are left out",
         mend: "look at min_range and at what the driver writes when nothing comes back (+inf would be right)",
-    },
-    SonarCheck {
-        weight: Notable,
-        code: "silent",
-        is_wrong: |s| s.echoes == 0,
-        what: |_, _| "not a single echo".to_owned(),
-        effect: "the map has nothing from there",
-        mend: "look at the wiring, or leave it out with --sensor",
     },
     SonarCheck {
         weight: Notable,
@@ -122,7 +116,10 @@ pub fn check(facts: &Facts) -> Vec<Finding> {
         let wrong: Vec<&SonarFacts> = sonars.filter(|s| (check.is_wrong)(s)).collect();
         let which: Vec<&str> = wrong.iter().map(|s| s.name.as_str()).collect();
         let which = which_sonars(&which, facts.sonars.len());
-        let what = (check.what)(wrong.first()?, &facts.replay.config.sequence);
+        if wrong.is_empty() {
+            return None;
+        }
+        let what = (check.what)(&wrong, &facts.replay.config.sequence);
         Some(Finding::new(
             check.weight,
             check.code,
@@ -138,10 +135,34 @@ pub fn check(facts: &Facts) -> Vec<Finding> {
     checks.filter_map(finding).collect()
 }
 
+/// Of its neighbouring readings.
+fn apart(sonar: &SonarFacts) -> f64 {
+    fraction(sonar.too_far_apart, sonar.readings.saturating_sub(1))
+}
+
+fn invalid(sonar: &SonarFacts) -> f64 {
+    fraction(sonar.invalid, sonar.readings)
+}
+
+/// `93%`, or `85% to 93%` where sonars differ.
+fn between(
+    sonars: &[&SonarFacts],
+    of: impl Fn(&SonarFacts) -> f64,
+    told: impl Fn(f64) -> String,
+) -> String {
+    let values = || sonars.iter().map(|sonar| of(sonar));
+    let least = told(values().fold(f64::INFINITY, f64::min));
+    let most = told(values().fold(f64::NEG_INFINITY, f64::max));
+    match least == most {
+        true => most,
+        false => format!("{least} to {most}"),
+    }
+}
+
 fn repeats_too_often(sonar: &SonarFacts) -> bool {
     let coarse = sonar
         .resolution
         .is_none_or(|r| r.quantised && r.step > FINE);
     let bound = if coarse { QUANTISED_REPEATS } else { REPEATS };
-    sonar.moved >= ENOUGH_ECHOES && sonar.repeated() > bound
+    sonar.moved >= ENOUGH_ECHOES && sonar.republished() > bound
 }

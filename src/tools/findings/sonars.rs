@@ -16,6 +16,8 @@ const STILL: f64 = 1e-3;
 const DUST: f64 = 2e-6;
 /// Steps finer than this are no steps, metres.
 const FINEST_STEP: f64 = 1e-4;
+/// No driver publishes an echo more often.
+const LONGEST_RUN: usize = 6;
 /// So many different ranges are needed to speak of a common step.
 const ENOUGH: usize = 8;
 /// A difference may miss a multiple of the step by this fraction of it.
@@ -73,6 +75,13 @@ pub struct SonarFacts {
     pub moved: u64,
     /// Those among them that are the echo before, bit by bit.
     pub repeats: u64,
+    /// Those among them in short runs: a wall that is passed gives a long run of equal ranges where there is no noise,
+    /// a driver that publishes an echo again a short one.
+    #[serde(skip)]
+    pub republished: u64,
+    /// The range of most of its echoes, metres, and how many these are.
+    #[serde(skip)]
+    pub commonest: Option<(f64, u64)>,
     /// Way of the sensor from one reading to the next while it moves, in the middle of all, metres.
     #[serde(serialize_with = "optional")]
     pub baseline: Option<f64>,
@@ -117,6 +126,11 @@ impl SonarFacts {
     pub fn repeated(&self) -> f64 {
         fraction(self.repeats, self.moved)
     }
+
+    /// Share of the moved echoes that a driver seems to have published again.
+    pub fn republished(&self) -> f64 {
+        fraction(self.republished, self.moved)
+    }
 }
 
 /// A reading and where its sensor was.
@@ -152,7 +166,7 @@ fn facts(sonar: &Sonar, readings: &[PlacedReading<'_>], config: &Config) -> Opti
     let mut echoes: Vec<f64> = of_kind(Return::Echo).map(|echo| echo.range).collect();
     echoes.sort_by(f64::total_cmp);
     let resolution = resolution(&echoes);
-    let (moved, repeats) = repeats(readings, resolution.map_or(0.0, |r| r.step));
+    let [moved, repeats, republished] = repeats(readings, resolution.map_or(0.0, |r| r.step));
     let mount = sonar.robot_from_sensor;
     let said = |r: &RangeReading| [r.beam_width, r.min_range, r.max_range].map(f64::to_bits);
     Some(SonarFacts {
@@ -181,6 +195,8 @@ fn facts(sonar: &Sonar, readings: &[PlacedReading<'_>], config: &Config) -> Opti
         resolution,
         moved,
         repeats,
+        republished,
+        commonest: commonest(&echoes),
         baseline: baseline(readings),
         scatter: None,
         too_far_apart: too_far_apart(readings, config),
@@ -192,21 +208,35 @@ fn way(a: Option<Vec2>, b: Option<Vec2>) -> Option<f64> {
     Some((b? - a?).norm())
 }
 
-/// Echoes of a sensor that moved since the echo before, and those that are that echo again.
-fn repeats(readings: &[PlacedReading<'_>], resolution: f64) -> (u64, u64) {
+/// Echoes of a sensor that moved since the echo before, those that are that echo again, and those of these in short
+/// runs.
+fn repeats(readings: &[PlacedReading<'_>], resolution: f64) -> [u64; 3] {
     let echoes: Vec<&PlacedReading<'_>> = readings
         .iter()
         .filter(|(r, _)| r.classify() == Return::Echo)
         .collect();
     let farther = resolution.max(STILL);
-    let mut counts = (0, 0);
-    for [(a, from), (b, to)] in echoes.array_windows() {
-        if way(*from, *to).is_some_and(|way| way > farther) {
-            counts.0 += 1;
-            counts.1 += u64::from(a.range.to_bits() == b.range.to_bits());
-        }
-    }
-    counts
+    let moved = |echoes: &[&PlacedReading<'_>]| {
+        let ways = echoes.array_windows().map(|[a, b]| way(a.1, b.1));
+        ways.filter(|way| way.is_some_and(|way| way > farther))
+            .count() as u64
+    };
+    let runs = echoes.chunk_by(|a, b| a.0.range.to_bits() == b.0.range.to_bits());
+    let in_runs = runs.map(|run| (run.len(), moved(run)));
+    in_runs.fold(
+        [moved(&echoes), 0, 0],
+        |[all, repeats, republished], (length, again)| {
+            let short = if length <= LONGEST_RUN { again } else { 0 };
+            [all, repeats + again, republished + short]
+        },
+    )
+}
+
+/// The commonest of sorted ranges.
+fn commonest(sorted: &[f64]) -> Option<(f64, u64)> {
+    let runs = sorted.chunk_by(|a, b| a.to_bits() == b.to_bits());
+    let longest = runs.max_by_key(|run| run.len())?;
+    Some((*longest.first()?, longest.len() as u64))
 }
 
 fn baseline(readings: &[PlacedReading<'_>]) -> Option<f64> {

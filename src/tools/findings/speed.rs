@@ -2,9 +2,9 @@
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
-use super::interleaved;
 use crate::core::event::OdometrySample;
 use crate::core::statistics::{median, seconds};
+use crate::io::log::tracks::two_tracks;
 
 /// A robot with sonars is slower, metres per second.
 pub const FASTEST: f64 = 4.0;
@@ -16,7 +16,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 }
 
 fn found(of: &Examined<'_>) -> Option<Finding> {
-    if interleaved::apart(&of.survey.log.events.odometry).is_some() {
+    if two_tracks(&of.survey.log.events.odometry).is_some() {
         return None; // to and fro
     }
     let speed = usual(&of.survey.log.events.odometry)?;

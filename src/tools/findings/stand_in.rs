@@ -18,7 +18,7 @@ const TIMES: f64 = 6.0;
 
 /// A value that stands for no echo.
 #[derive(Clone, Copy)]
-enum StandIn {
+pub enum StandIn {
     /// Nothing is nearer.
     Nearest(f64),
     /// Nothing is farther; the smallest of its values.
@@ -32,11 +32,14 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 fn found(of: &Examined<'_>) -> Option<Finding> {
     let readings = &of.survey.log.events.readings;
     let spikes = of.facts.sonars.iter().filter_map(|sonar| {
-        let (stand_in, share) = spike(readings, sonar)?;
-        Some((sonar, stand_in, share))
+        let (stand_in, count) = spike(readings, sonar)?;
+        Some((sonar, stand_in, count))
     });
-    let spikes: Vec<(&SonarFacts, StandIn, f64)> = spikes.collect();
-    let (_, first, share) = spikes.first()?;
+    let spikes: Vec<(&SonarFacts, StandIn, usize)> = spikes.collect();
+    let (_, first, _) = spikes.first()?;
+    let in_spikes = spikes.iter().map(|(_, _, count)| *count as u64).sum();
+    let echoes = spikes.iter().map(|(sonar, ..)| sonar.echoes).sum();
+    let share = fraction(in_spikes, echoes);
     let names: Vec<&str> = spikes
         .iter()
         .map(|(sonar, ..)| sonar.name.as_str())
@@ -59,15 +62,20 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             (*value, format!("sonars.max_range = {}", thousandths(below)))
         }
     };
-    let tried = of.tried(&key).unwrap_or_default();
+    let tried = of.tried(&key);
+    // A wall beside the way is as far all along it where there is no noise: a map without it explains less.
+    if tried.is_none() && matches!(first, StandIn::Farthest(_)) && of.explained().is_some() {
+        return None;
+    }
+    let tried = tried.unwrap_or_default();
     Some(Finding::new(
         Weight::Serious,
         "stand-in",
         format!(
-            "{}: {} of the echoes lie at {value:.3} m{}, where so many cannot be: the driver writes that when nothing \
+            "{}: {} of their echoes lie at {value:.3} m{}, where so many cannot be: the driver writes that when nothing \
              echoes",
             which_sonars(&names, of.facts.sonars.len()),
-            percent(*share),
+            percent(share),
             match first {
                 StandIn::Nearest(_) => ", nearer than all others",
                 StandIn::Farthest(_) => " or a little more, farther than all others",
@@ -82,8 +90,8 @@ fn thousandths(metres: f64) -> f64 {
     libm::round(metres * 1000.0) / 1000.0
 }
 
-/// A spike at the end of a sonar's histogram, and its share of the echoes.
-fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, f64)> {
+/// A spike at the end of a sonar's histogram, and how many echoes are in it.
+pub fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, usize)> {
     let of_sonar = readings.iter().filter(|reading| reading.sonar == sonar.id);
     let echoes = of_sonar.filter(|reading| reading.classify() == Return::Echo);
     let mut ranges: Vec<f64> = echoes.map(|reading| reading.range).collect();
@@ -98,7 +106,7 @@ fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, f64)
     let usual = ranges.len() as f64 * width / (high - low).max(width);
     let is_spike = |count: usize| {
         let share = fraction(count as u64, ranges.len() as u64);
-        (share > SPIKE && count as f64 > TIMES * usual).then_some(share)
+        share > SPIKE && count as f64 > TIMES * usual
     };
     if ranges.len() < ENOUGH || high - low < 10.0 * width {
         return None;
@@ -106,20 +114,16 @@ fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, f64)
     // A wall that is passed fills the neighbourhood as well; a stand-in leaves it empty.
     let beside = |from: f64, to: f64, count: usize| 10 * within(from, to) < count;
     let nearest = within(low, low + width);
-    if let Some(share) = is_spike(nearest)
-        && low <= 0.05
-        && beside(low + width, low + 3.0 * width, nearest)
-    {
-        return Some((StandIn::Nearest(low), share));
+    if is_spike(nearest) && low <= 0.05 && beside(low + width, low + 3.0 * width, nearest) {
+        return Some((StandIn::Nearest(low), nearest));
     }
     let farthest = within(high - width, high);
-    let share = is_spike(farthest)?;
     let is_cap = ranges.iter().filter(|range| **range == high).count() * 2 > farthest
         || (sonar.max_range.is_finite() && high > 0.98 * sonar.max_range);
     let from = ranges
         .iter()
         .copied()
         .find(|range| *range >= high - width)?;
-    (is_cap && beside(high - 3.0 * width, high - width, farthest))
-        .then_some((StandIn::Farthest(from), share))
+    (is_spike(farthest) && is_cap && beside(high - 3.0 * width, high - width, farthest))
+        .then_some((StandIn::Farthest(from), farthest))
 }

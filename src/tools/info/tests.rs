@@ -9,7 +9,7 @@ use crate::io::config::file::{check, parse};
 use crate::io::log::Role;
 use crate::io::log::channels::ChannelReport;
 use crate::io::log::survey::ChannelClock;
-use crate::io::log::traits::Traits;
+use crate::io::log::traits::{MountTraits, Traits};
 use crate::tools::findings::finding::Weight;
 
 /// Two sonars on a robot that drives 0.1 m a second past a wall, in numbers on no raster.
@@ -59,6 +59,10 @@ fn told(survey: &Survey) -> Info {
 
 fn surveyed(events: Events) -> Survey {
     Survey {
+        traits: Traits {
+            mounts: vec![MountTraits::default(); events.sonars.len()],
+            ..Traits::default()
+        },
         log: Log {
             file: "made_up.mcap".into(),
             events,
@@ -74,7 +78,6 @@ fn surveyed(events: Events) -> Survey {
         in_part: false,
         clocks: Vec::new(),
         odometry_topic: Some("/odom".into()),
-        traits: Traits::default(),
     }
 }
 

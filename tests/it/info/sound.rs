@@ -16,11 +16,11 @@ fn of_sound_logs_nothing_serious_is_said() {
     bench.put("world.json", WORLD);
     let room = "--world world.json --waypoints \"1,1 5,1 5,3 2,3 1,1\"";
     for options in [
-        "--drive --sonars 16 --noise 0.003".to_owned(),
+        "--drive --sonars 16".to_owned(),
         "--drive --sonars 24 --noise 0.003 --laps 2".to_owned(),
         "--drive --sonars 1 --noise 0.003 --seed 2".to_owned(),
         "--sonars 4 --noise 0.01 --seed 3".to_owned(),
-        "--sonars 8 --steps 60 --noise 0.003".to_owned(),
+        "--sonars 8 --steps 60".to_owned(),
         format!("{room} --drive --sonars 8 --noise 0.003 --seed 4"),
         format!(
             "{room} --drive --sonars 12 --noise 0.01 --seed 5 --speed 0.4 --firing-interval 0.02"

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::channels::{Delivery, Visit};
 use super::chunk::{self, Times, Unpacker};
 use super::loss::{BEHIND, Loss, Losses, SUMMARY, Why, wider};
+use super::packed::unpacked;
 use super::record::{
     self, Channel, ChunkHeader, ChunkIndex, DATA_END, Fields, INDEX_ENTRY, INDEX_HEADER, Identity,
     Inner, MAGIC, MAGIC_LENGTH, MAX_CHUNK, MESSAGE_HEADER, PREFIX, op,
@@ -43,7 +44,7 @@ pub enum OpenError {
 }
 
 /// What files are that are given for logs, by their first bytes.
-const OTHERS: [(&[u8], &str); 5] = [
+const OTHERS: [(&[u8], &str); 3] = [
     (
         b"#ROSBAG",
         "it is a ROS 1 bag: `mcap convert` makes a log of it",
@@ -52,8 +53,6 @@ const OTHERS: [(&[u8], &str); 5] = [
         b"SQLite format 3",
         "it is a .db3 file of a rosbag2 folder: `ros2 bag convert` makes a log of it",
     ),
-    (b"\x1f\x8b", "it is zipped: `gunzip` unpacks it"),
-    (b"\x28\xb5\x2f\xfd", "it is zipped: `unzstd` unpacks it"),
     (
         b"version https://git-lfs",
         "it is what Git LFS puts in the place of a file: `git lfs pull` fetches the file",
@@ -82,7 +81,7 @@ pub fn walk(
         kind if kind.is_dir() => walk_folder(path, unchecked, visit),
         kind if !kind.is_file() => Err(OpenError::NoFile),
         _ if metadata.len() == 0 => Err(OpenError::Empty),
-        _ => walk_in(File::open(path)?, unchecked, visit),
+        _ => walk_in(unpacked(File::open(path)?)?, unchecked, visit),
     }
 }
 
@@ -96,14 +95,17 @@ fn walk_folder(
     let mut parts = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let part = entry?.path();
-        if part
-            .extension()
-            .is_some_and(|extension| extension == "mcap")
-            && part.is_file()
-        {
+        if place_of_ending(&part).is_some() && part.is_file() {
             parts.push(part);
         }
     }
+    // One that was unpacked beside its packed one is one part.
+    let unpacked: BTreeSet<PathBuf> = parts
+        .iter()
+        .filter(|part| part.extension().is_some_and(|it| it == "mcap"))
+        .cloned()
+        .collect();
+    parts.retain(|part| unpacked.contains(part) || !unpacked.contains(&part.with_extension("")));
     if parts.is_empty() {
         return Err(OpenError::NoParts);
     }
@@ -138,10 +140,19 @@ fn walk_folder(
     Ok(losses)
 }
 
+/// Where the ending of a log's name begins: `.mcap`, or what `ros2 bag` and others call it once it is packed.
+fn place_of_ending(part: &Path) -> Option<usize> {
+    const ENDINGS: [&str; 4] = [".mcap", ".mcap.zstd", ".mcap.zst", ".mcap.gz"];
+    let name = part.file_name()?.to_string_lossy();
+    let ending = ENDINGS.iter().find(|ending| name.ends_with(**ending))?;
+    name.len().checked_sub(ending.len())
+}
+
 /// The number at the end of a part's name: 10 of `bag_10.mcap`.
 fn number(part: &Path) -> u64 {
-    let name = part.file_stem().unwrap_or_default().to_string_lossy();
-    let digits = name.rsplit(|c: char| !c.is_ascii_digit()).next();
+    let name = part.file_name().unwrap_or_default().to_string_lossy();
+    let stem = place_of_ending(part).and_then(|place| name.get(..place));
+    let digits = stem.and_then(|stem| stem.rsplit(|c: char| !c.is_ascii_digit()).next());
     digits.and_then(|digits| digits.parse().ok()).unwrap_or(0)
 }
 
