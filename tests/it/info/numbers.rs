@@ -219,7 +219,7 @@ fn odometry_in_centimetres() {
     );
     let speeds = case.odometry.windows(2).map(|pair| {
         let [a, b] = [pose(&pair[0]), pose(&pair[1])];
-        (b[0] - a[0]).hypot(b[1] - a[1]) / (stamp(&pair[1]) - stamp(&pair[0]))
+        libm::hypot(b[0] - a[0], b[1] - a[1]) / (stamp(&pair[1]) - stamp(&pair[0]))
     });
     let speed = middle(speeds.filter(|speed| *speed > 0.01).collect());
     case.says(&format!("drives {speed:.1} m/s in the middle"));
@@ -236,8 +236,8 @@ fn a_heading_that_is_set_anew() {
         "odometry-jump",
         of_odometry(|after, mut pose| {
             if after >= 50.0 {
-                let yaw = 2.0 * pose[5].atan2(pose[6]) - 0.5;
-                (pose[5], pose[6]) = ((yaw / 2.0).sin(), (yaw / 2.0).cos());
+                let yaw = 2.0 * libm::atan2(pose[5], pose[6]) - 0.5;
+                (pose[5], pose[6]) = (libm::sin(yaw / 2.0), libm::cos(yaw / 2.0));
             }
             pose
         }),
@@ -318,7 +318,7 @@ fn clocks_that_are_coarse_or_slow() {
 
 #[test]
 fn poses_that_are_none() {
-    let yaw = |pose: [f64; 7]| 2.0 * pose[5].atan2(pose[6]);
+    let yaw = |pose: [f64; 7]| 2.0 * libm::atan2(pose[5], pose[6]);
     let heading = case(
         "no-quaternion",
         of_odometry(|_, pose| {
@@ -329,7 +329,7 @@ fn poses_that_are_none() {
     let lengths: Vec<f64> = heading
         .odometry
         .iter()
-        .map(|m| pose(m)[5].hypot(1.0))
+        .map(|m| libm::hypot(pose(m)[5], 1.0))
         .collect();
     let off = lengths
         .iter()
