@@ -30,6 +30,9 @@ const RIVAL: f64 = 0.6;
 /// A log of which less than this is explained may have something that is far off.
 const TROUBLED: f64 = 0.8;
 
+/// A path at which more than this is explained is what was off.
+const WELL: f64 = 0.95;
+
 /// How much is tried, at most: by work and not by time, so that the same log gives the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
@@ -217,7 +220,8 @@ impl Searcher<'_> {
     fn candidates(&mut self, now: &Tried) -> Vec<Candidate> {
         let mut both = self.far_off(now);
         let first = now.estimates.candidates();
-        if !now.is_joint {
+        let share = now.standing.bits.explained_share();
+        if !now.is_joint || share.is_some_and(|share| share > WELL) {
             both.extend(first);
             return both;
         }
