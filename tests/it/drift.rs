@@ -96,7 +96,7 @@ fn poses_that_are_exact_stay() {
     let joint = replayed(&bench, "");
     assert_eq!(joint["poses"]["from"], "odometry");
     let reason = joint["poses"]["reason"].as_str().unwrap();
-    assert!(reason.contains("agree with odometry"), "{reason}");
+    assert!(reason.contains("fit no better at other poses"), "{reason}");
     let odometry = replayed(&bench, "--set poses=\"odometry\"");
     for part in ["counts", "features", "map"] {
         assert_eq!(joint[part], odometry[part], "{part}");
