@@ -73,6 +73,15 @@ impl Simulation {
         let world = self.roughened()?;
         let told = self.ring.mounts();
         self.untold.validate(&told)?;
+        for mount in &told {
+            let least = self.untold.range(&mount.name, self.ring.min_range as f32);
+            require(
+                least >= 0.0,
+                "the smallest range that a sonar says, metres,",
+                f64::from(least),
+                "0 or more: give a larger --min-range or a smaller offset",
+            )?;
+        }
         for name in &self.silent {
             if !told.iter().any(|mount| mount.name == *name) {
                 return Err(SimulateError::NoSuchSonar(name.clone()));

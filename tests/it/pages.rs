@@ -75,22 +75,28 @@ fn folder() -> Bench {
 #[test]
 #[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn every_command_of_the_pages_runs() {
-    for page in pages() {
-        let text = fs::read_to_string(&page).unwrap();
-        let bench = folder();
-        for command in commands(&text) {
-            // As a runner of GitLab has it.
-            let run = bench.sh(&format!("CI_NODE_INDEX=1 CI_NODE_TOTAL=2; {command}"));
-            // `diff` ends in 1 where it has something to show.
-            let differs = command.starts_with("tmam diff") && run.code == 1;
-            assert!(
-                run.code == 0 || differs,
-                "{}: {command}\n{}{}",
-                page.display(),
-                run.stdout,
-                run.stderr
-            );
+    std::thread::scope(|scope| {
+        for page in pages() {
+            scope.spawn(move || every_command_runs(&page));
         }
+    });
+}
+
+fn every_command_runs(page: &Path) {
+    let text = fs::read_to_string(page).unwrap();
+    let bench = folder();
+    for command in commands(&text) {
+        // As a runner of GitLab has it.
+        let run = bench.sh(&format!("CI_NODE_INDEX=1 CI_NODE_TOTAL=2; {command}"));
+        // `diff` ends in 1 where it has something to show.
+        let differs = command.starts_with("tmam diff") && run.code == 1;
+        assert!(
+            run.code == 0 || differs,
+            "{}: {command}\n{}{}",
+            page.display(),
+            run.stdout,
+            run.stderr
+        );
     }
 }
 

@@ -390,6 +390,14 @@ fn a_log_that_needs_a_key_is_right_with_it_and_wrong_without() {
     ] {
         let run = bench.sh(&format!("tmam simulate -o no.mcap --needs {wrong}"));
         assert_eq!(run.code, 2, "{wrong}");
-        assert!(run.stderr.contains("--needs"), "{}", run.stderr);
+        assert!(
+            run.stderr.contains("--needs") || run.stderr.contains("no sonar is called"),
+            "{}",
+            run.stderr
+        );
     }
+    // Nor can a sonar say less than nothing.
+    let run = bench.sh("tmam simulate -o no.mcap --needs sonars.range_offset=0.5");
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("the smallest range"), "{}", run.stderr);
 }

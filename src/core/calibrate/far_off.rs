@@ -19,7 +19,7 @@ const FOLLOWED: f64 = 0.5;
 const BESIDE: [f64; 4] = [1.5, 2.0, 3.0, 0.6];
 
 /// Trials that this takes at most.
-pub const TRIALS: usize = STEPS.len() * (2 + BESIDE.len());
+pub const TRIALS: usize = STEPS.len() * 2 * (1 + BESIDE.len());
 
 /// What is worth a closer look, the best first. `gain` is what a value gains, in bits; `None` where it cannot be
 /// told.

@@ -110,6 +110,7 @@ struct Searcher<'a> {
     effort: Effort,
     replays: usize,
     work: u64,
+    is_cut_short: bool,
 }
 
 impl Standing {
@@ -144,6 +145,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
         effort,
         replays: 0,
         work: 0,
+        is_cut_short: false,
     };
     let first = Standing::of(outcome);
     let mut now = Tried {
@@ -153,14 +155,13 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
         is_joint: outcome.joint().is_some(),
     };
     let mut causes = Vec::new();
-    let mut is_cut_short = false;
     while causes.len() < MOST_CAUSES {
         let candidates = searcher.candidates(&now);
         if candidates.is_empty() {
             break;
         }
         let Some((cause, then)) = searcher.best(&now, &candidates) else {
-            is_cut_short |= searcher.is_spent();
+            searcher.is_cut_short |= searcher.is_spent();
             break;
         };
         causes.push(cause);
@@ -172,7 +173,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
         standings: [first, now.standing],
         estimates: now.estimates,
         replays: searcher.replays,
-        is_cut_short,
+        is_cut_short: searcher.is_cut_short,
     }
 }
 
@@ -241,8 +242,12 @@ impl Searcher<'_> {
     /// What all sonars share and is far off, by the poses of odometry.
     fn far_off(&mut self, now: &Tried) -> Vec<Candidate> {
         let share = now.standing.bits.explained_share();
+        if share.is_none_or(|share| share > TROUBLED) {
+            return Vec::new();
+        }
         let work = TRIALS as u64 * now.standing.bits.arcs;
-        if share.is_none_or(|share| share > TROUBLED) || self.work + work > self.effort.arcs {
+        if self.work + work > self.effort.arcs {
+            self.is_cut_short = true;
             return Vec::new();
         }
         let poses = std::mem::replace(&mut self.config.poses, Poses::Odometry);
@@ -260,9 +265,11 @@ impl Searcher<'_> {
 
     /// The candidate that gains most, as far as one gains enough.
     fn best(&mut self, now: &Tried, candidates: &[Candidate]) -> Option<(Cause, Tried)> {
+        // Odometry's own poses may drift, and what fits them then fits by chance, too.
+        let may_drift = self.config.poses == Poses::Odometry;
         let least = |group: &[Parameter], found: &Tried| {
             let of_path = LEAST_GAIN_OF_A_PATH * now.standing.bits.arcs as f64;
-            let of_path = if now.is_joint || found.is_joint {
+            let of_path = if may_drift || now.is_joint || found.is_joint {
                 of_path
             } else {
                 0.0

@@ -89,6 +89,10 @@ pub enum CheckError {
          --bless, or beside --config FILE, which holds the logs to that configuration; or try `tmam diff`"
     )]
     ParametersWithoutBless,
+    #[error(
+        "[require.{name}] asks something of a log that is not given and has no golden file: call it as its file is called"
+    )]
+    RequiredOfNoLog { name: String },
     #[error("--partition `{text}` is no part of a suite; give I/N with 1 <= I <= N, such as 2/4")]
     Partition { text: String },
     #[error(

@@ -48,7 +48,7 @@ enum OfAllOrOne {
 #[derive(Debug, Clone, Default)]
 pub struct Requirements {
     all: Vec<Requirement>,
-    /// By the name of the log, without its extension; before those of all.
+    /// By the name of the log, without its extension, which may be there in the file; before those of all.
     one: BTreeMap<String, Vec<Requirement>>,
 }
 
@@ -77,11 +77,17 @@ impl Requirements {
                 OfAllOrOne::One(bounds) => {
                     let bounds = bounds.iter();
                     let own = bounds.map(|(key, bound)| Requirement::of(key, bound));
-                    requirements.one.insert(key, own.collect::<Result<_, _>>()?);
+                    let log = key.strip_suffix(".mcap").unwrap_or(&key).to_owned();
+                    requirements.one.insert(log, own.collect::<Result<_, _>>()?);
                 }
             }
         }
         Ok(requirements)
+    }
+
+    /// The logs of which something of their own is asked, without their extension.
+    pub fn logs(&self) -> impl Iterator<Item = &str> {
+        self.one.keys().map(String::as_str)
     }
 
     /// What the results of a log do not meet, in words.
@@ -144,7 +150,7 @@ mod tests {
 
     #[test]
     fn bounds_of_one_log_stand_before_those_of_all() {
-        let text = "[require]\nwalls = '>= 6'\nexplained = \">0.8\"\n[require.hall]\nwalls = '>= 2'\nnees = '< 2'";
+        let text = "[require]\nwalls = '>= 6'\nexplained = \">0.8\"\n[require.'hall.mcap']\nwalls = '>= 2'\nnees = '< 2'";
         let requirements = Requirements::parse(text).unwrap();
         let quality = Quality {
             walls: 4,

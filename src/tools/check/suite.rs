@@ -116,6 +116,15 @@ impl Suite {
                 Some(one) => return Err(CheckError::SameGolden { one, other, golden }),
             }
         }
+        let is_there = |log: &&str| {
+            let golden = golden_file(&options.golden, Path::new(&format!("{log}.mcap")));
+            logs.contains_key(&golden) || golden.exists()
+        };
+        if let Some(name) = required.logs().find(|log| !is_there(log)) {
+            return Err(CheckError::RequiredOfNoLog {
+                name: name.to_owned(),
+            });
+        }
         // Of a suite in parts, all the parts know all the logs, and the first one tells.
         let tells = !options.bless && partition.is_none_or(|part| part.index == 1);
         let notes = if tells {

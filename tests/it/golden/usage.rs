@@ -10,11 +10,16 @@ use crate::support::{Bench, sample};
 #[test]
 fn what_is_wrong_with_a_value_stands_in_every_report() {
     let bench = bench_with("room_drive", |_| {});
+    bench.put("suite.toml", "[require.room_drvie]\nwalls = '>= 6'\n");
     let log = path_of("room_drive.mcap");
     for (more, said) in [
         (["--partition", "3/2"], "`3/2` is no part of a suite"),
         (["--gamma", "8"], "--bless"),
         (["--config", "nowhere.toml"], "cannot read nowhere.toml"),
+        (
+            ["--suite", "suite.toml"],
+            "[require.room_drvie] asks something of a log",
+        ),
     ] {
         let check = ["check", &log, "--golden", "golden", "--json"];
         let files = ["--junit", "j.xml", "--summary", "s.md"];
