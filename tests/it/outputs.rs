@@ -57,6 +57,7 @@ fn a_full_output_is_an_error_and_leaves_none_of_the_others() {
 
 #[cfg(target_os = "linux")]
 #[test]
+#[cfg_attr(not(feature = "terminal"), ignore = "needs the feature terminal")]
 fn an_interrupted_run_leaves_nothing() {
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::{Command, Stdio};
