@@ -39,7 +39,7 @@ mod tests {
         for name in ["a.rrd", "-", "/dev/null", "a", "a.rrd.part", "v1.2"] {
             assert_eq!(parsed(name).unwrap().output, PathBuf::from(name));
         }
-        for name in ["drive.mcap", "a.json", "/tmp/tmam.toml"] {
+        for name in ["drive.mcap", "a.json", "out/tmam.toml"] {
             let error = parsed(name).unwrap_err().to_string();
             assert!(error.contains("its name ends in .rrd"), "{error}");
         }

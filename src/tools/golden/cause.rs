@@ -288,7 +288,7 @@ fn stamps(
     }
     let stretched = pairs.iter().filter(|pair| {
         let (then, now) = (&pair.then.stamps, &pair.now.stamps);
-        then.count == now.count && (now.lasts - then.lasts).abs() > LASTS
+        then.count == now.count && then.lasts > 0.0 && (now.lasts - then.lasts).abs() > LASTS
     });
     let stretched: Vec<&Pair<'_>> = stretched.collect();
     if let Some(pair) = stretched.first() {
