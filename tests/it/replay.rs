@@ -382,22 +382,26 @@ fn a_log_that_needs_a_key_is_right_with_it_and_wrong_without() {
         let mended = replayed("off.mcap", key);
         assert_eq!(map(&mended).len(), plain.len(), "{fault}");
     }
-    for wrong in [
-        "triple.gamma=8",
-        "sonar.front.yaw=3",
-        "sonar.sonar_04.beam_width=9",
-        "rule=papr",
+}
+
+#[test]
+fn what_a_simulated_log_cannot_need_is_refused() {
+    let bench = Bench::new();
+    for (fault, said) in [
+        ("--needs triple.gamma=8", "--needs takes input.range_delay"),
+        (
+            "--needs sonar.sonar_04.beam_width=9",
+            "--needs takes input.range_delay",
+        ),
+        ("--needs rule=papr", "--needs takes KEY=VALUE"),
+        ("--needs sonar.front.yaw=3", "no sonar is called \"front\""),
+        ("--silent front", "no sonar is called \"front\""),
+        // Nor can a sonar say less than nothing.
+        ("--needs sonars.range_offset=0.5", "the smallest range"),
     ] {
-        let run = bench.sh(&format!("tmam simulate -o no.mcap --needs {wrong}"));
-        assert_eq!(run.code, 2, "{wrong}");
-        assert!(
-            run.stderr.contains("--needs") || run.stderr.contains("no sonar is called"),
-            "{}",
-            run.stderr
-        );
+        let run = bench.sh(&format!("tmam simulate -o no.mcap {fault}"));
+        assert_eq!(run.code, 2, "{fault}");
+        assert!(run.stderr.contains(said), "{fault}: {}", run.stderr);
     }
-    // Nor can a sonar say less than nothing.
-    let run = bench.sh("tmam simulate -o no.mcap --needs sonars.range_offset=0.5");
-    assert_eq!(run.code, 2);
-    assert!(run.stderr.contains("the smallest range"), "{}", run.stderr);
+    assert!(bench.files().is_empty(), "{:?}", bench.files());
 }

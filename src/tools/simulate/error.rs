@@ -20,9 +20,7 @@ pub enum SimulateError {
     #[error("--needs takes {}", super::untold::KEYS)]
     CannotNeed,
     /// A sonar that the ring does not have.
-    #[error(
-        "--needs names the sonar {0:?}, but the ring has none of that name; the first is sonar_00"
-    )]
+    #[error("no sonar is called {0:?}; they are called sonar_00, sonar_01 and so on")]
     NoSuchSonar(String),
     /// A way-point that is not two numbers.
     #[error("{0:?} is not a way-point; write x,y in metres, with spaces between way-points")]
