@@ -32,6 +32,9 @@ pub struct Args {
     /// Print only the keys that the configuration lacks, as TOML
     #[arg(long, conflicts_with = "json")]
     skeleton: bool,
+    /// Do not look for what is off: mounts, beams, clocks, scales
+    #[arg(long, conflicts_with = "skeleton")]
+    no_causes: bool,
     #[command(flatten)]
     parameters: Parameters,
 }
@@ -40,7 +43,10 @@ impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
         let survey = survey(&self.log, &config)?;
-        let info = Info::new(&survey, &|config| attempted(&self.log, config));
+        let mut info = Info::new(&survey, &|config| attempted(&self.log, config));
+        if !self.no_causes && !self.skeleton {
+            info.look_for_causes(&survey);
+        }
         if self.json {
             Output::whole(Path::new("-"), |out| info.write(out))?;
         } else if self.skeleton {

@@ -224,6 +224,11 @@ impl Candidate {
 }
 
 impl Estimated {
+    /// Whether it is off by more than its uncertainty.
+    pub fn is_sure(&self) -> bool {
+        self.value.abs() > CLEAR * self.deviation
+    }
+
     /// What matters: less moves no feature by more than a centimetre or so.
     pub fn least(&self, seconds: f64) -> f64 {
         match self.parameter {

@@ -27,6 +27,8 @@ const LEAST_GAIN_OF_ALL: f64 = 0.04;
 const LEAST_GAIN_OF_A_PATH: f64 = 0.4;
 /// A candidate with such a share of the gain of the best explains the log as well.
 const AS_WELL: f64 = 0.9;
+/// A value of which the log wants such a share back is none.
+const TAKEN_BACK: f64 = 0.5;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
 const RIVAL: f64 = 0.6;
 
@@ -353,6 +355,7 @@ impl Searcher<'_> {
             let values = found.values(&group, now);
             if gain > self.least(&group, at, [now, &found])
                 && are_clear(&values, found.estimates.seconds)
+                && found.bears_out(&values)
             {
                 worth = worth.or(Some(candidate.worth()));
                 tried.push((group, found, gain));
@@ -426,8 +429,9 @@ impl Searcher<'_> {
     ) -> Option<(Tried, f64)> {
         let mut change = Change::default();
         let add = |change: &mut Change, values: &[Estimated]| {
-            let mut values = values.iter();
-            values.for_each(|one| change.add(one.parameter, one.value));
+            for one in values {
+                change.add(one.parameter, one.value);
+            }
         };
         add(&mut change, &candidate.values);
         let mut best = self.tried(now, ground, &change)?;
@@ -463,6 +467,20 @@ impl Searcher<'_> {
 }
 
 impl Tried {
+    /// Whether the log, with values applied, does not ask to take them back.
+    fn bears_out(&self, values: &[Estimated]) -> bool {
+        let group: Vec<Parameter> = values.iter().map(|one| one.parameter).collect();
+        let Some(more) = self.estimates.of(&group) else {
+            return true;
+        };
+        let is_taken_back = |(one, more): (&Estimated, &Estimated)| {
+            more.value.abs() > TAKEN_BACK * one.value.abs()
+                && more.value * one.value < 0.0
+                && more.is_sure()
+        };
+        !values.iter().zip(&more.values).any(is_taken_back)
+    }
+
     /// What was changed of some parameters since `before`, with what the log says now of how sure that is.
     fn values(&self, group: &[Parameter], before: &Self) -> Vec<Estimated> {
         let now = self.estimates.of(group);

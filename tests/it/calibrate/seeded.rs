@@ -333,3 +333,25 @@ fn clean_logs_and_odometry_that_drifts_have_no_cause() {
         assert_eq!(found.causes, [], "{wrong:?}");
     }
 }
+
+#[test]
+fn a_turned_sonar_is_found_although_odometry_drifts() {
+    let turned = Wrong {
+        value: Some((of(Quantity::Yaw), 5.0_f64.to_radians())),
+        drift: true,
+        ..Wrong::default()
+    };
+    let (log, config) = log(turned, 0.003, 1);
+    let replay = Replay::new(&log, &config).unwrap();
+    let outcome = replay.run(&mut []).unwrap();
+    assert!(outcome.joint().is_some());
+    let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
+    let [cause] = found.causes.as_slice() else {
+        panic!("{:?}", found.causes);
+    };
+    let [yaw] = cause.values.as_slice() else {
+        panic!("{cause:?}");
+    };
+    assert_eq!(yaw.parameter, of(Quantity::Yaw));
+    assert!((yaw.value.to_degrees() + 5.0).abs() < 1.0, "{yaw:?}");
+}
