@@ -86,7 +86,7 @@ impl Args {
         if !self.json {
             show(&told.text, told.to_stdout)?;
         }
-        show(&told.doubts, true)?;
+        show(told.doubts, true)?;
         Ok(told.summary.exit)
     }
 
@@ -106,7 +106,7 @@ impl Args {
                 doubts,
                 ..
             } = told?;
-            summary.problems += &doubts;
+            summary.problems += doubts;
             Ok(summary)
         })?;
         drop(progress);

@@ -145,6 +145,7 @@ impl Args {
 
     fn several(&self, drives: &[Drive], config: &Config) -> Result<Exit, Error> {
         let folders = Requested {
+            recording: self.output.clone().filter(|_| viewer::IS_BUILT_IN),
             features: self.features.clone().or_else(|| self.output.clone()),
             ..self.requested()
         };
@@ -188,10 +189,7 @@ impl Args {
 
     fn requested(&self) -> Requested {
         Requested {
-            recording: self
-                .output
-                .clone()
-                .filter(|_| viewer::IS_BUILT_IN || !self.names_a_folder()),
+            recording: self.output.clone(),
             features: self.features.clone(),
             trace: self.trace.clone(),
             path: self.path.clone(),
