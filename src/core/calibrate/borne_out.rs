@@ -1,29 +1,26 @@
 //! Whether the readings of one sonar lie nearer to the map as it is, were the sonar as estimated: least squares
 //! over everything at once can run astray where a reading was taken for one of another feature.
 
-use super::candidate::Estimated;
 use super::parameter::{Parameter, Quantity, Whose};
 use super::ranges::{BESIDE_BEAM, BEYOND_END, OF_MAP, SIGMAS};
 use super::seen::{Ping, Scene};
-use crate::core::geometry::Vec2;
-use crate::core::geometry::{angle_between, rotate};
+use crate::core::geometry::{Vec2, angle_between, rotate};
 
 /// By how much the readings of a sonar are likelier with some of its values changed, in natural logarithms.
-/// `None` where the values are not the
-/// mount or the ranges of one sonar: of all of them, the map would move.
-pub fn gain(scene: &Scene, values: &[Estimated]) -> Option<f64> {
+/// `None` where the values are not the mount or the ranges of one sonar: of all of them, the map would move.
+pub fn gain(scene: &Scene, values: impl Iterator<Item = (Parameter, f64)>) -> Option<f64> {
     let mut whose = None;
     let (mut moved, mut scale, mut offset) = (Vec2::zeros(), 1.0, 0.0);
-    for one in values {
-        let Parameter::Sonar(Whose::One(sonar), quantity) = one.parameter else {
+    for (parameter, value) in values {
+        let Parameter::Sonar(Whose::One(sonar), quantity) = parameter else {
             return None;
         };
         whose = Some(sonar);
         match quantity {
-            Quantity::X => moved.x += one.value,
-            Quantity::Y => moved.y += one.value,
-            Quantity::RangeScale => scale += one.value,
-            Quantity::RangeOffset => offset += one.value,
+            Quantity::X => moved.x += value,
+            Quantity::Y => moved.y += value,
+            Quantity::RangeScale => scale += value,
+            Quantity::RangeOffset => offset += value,
             Quantity::Yaw | Quantity::BeamWidth => return None,
         }
     }

@@ -169,7 +169,9 @@ impl Estimates {
 
     /// A candidate that gains no more than the readings are nearer to the map with it.
     fn borne_out(&self, candidate: Candidate) -> Candidate {
-        let gain = borne_out::gain(&self.scene, &candidate.values);
+        let values = candidate.values.iter();
+        let values = values.map(|one| (one.parameter, one.value));
+        let gain = borne_out::gain(&self.scene, values);
         Candidate {
             gain: gain.map_or(candidate.gain, |gain| gain.min(candidate.gain)),
             ..candidate
