@@ -7,6 +7,7 @@ use super::parameters::Parameters;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
+use crate::io::log::container::drives;
 use crate::io::output::{print, print_aside};
 use crate::tools::check::text::{closing, report};
 use crate::tools::check::{
@@ -34,7 +35,7 @@ Examples:
   tmam check drives/*.mcap --golden golden --partition 2/4  a quarter of them"
 )]
 pub struct Args {
-    /// The MCAP logs
+    /// The MCAP logs; of a folder each log in it, of a folder of split parts these as one
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Directory of the golden files
@@ -107,7 +108,7 @@ impl Args {
     fn check(self) -> Result<Exit, Error> {
         let (with_artifacts, bless) = (self.artifacts.is_some(), self.bless);
         let options = Options {
-            logs: self.logs,
+            logs: self.logs.iter().flat_map(|log| drives(log)).collect(),
             golden: self.golden,
             artifacts: self.artifacts,
             around: self.only_around_differences,
