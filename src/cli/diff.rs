@@ -15,7 +15,8 @@ use crate::io::output::{Output, print, show};
 use crate::io::outputs::refuse_collisions;
 use crate::observe::report::written;
 use crate::tools::diff::drawing::write;
-use crate::tools::diff::{Diff, Folders, Terms, together};
+use crate::tools::diff::folders::Folders;
+use crate::tools::diff::{Diff, Terms, together};
 use crate::tools::golden::SHOWN;
 
 /// Compare two results: of logs, recordings, feature files or golden files

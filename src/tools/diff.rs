@@ -4,7 +4,7 @@
 //! defaults, and what is given on the command line stands over either.
 
 pub mod drawing;
-mod folders;
+pub mod folders;
 
 use std::fmt::Write as _;
 use std::io::Read as _;
@@ -33,8 +33,6 @@ use crate::tools::golden::{
     SCHEMA as GOLDEN, Tolerance, ToleranceError, all_results, compare, differences_in_json,
     headline, headlines, sections, unrecorded,
 };
-
-pub use folders::Folders;
 
 /// The name and version of the JSON format.
 const SCHEMA: &str = "tmam.diff/1";
