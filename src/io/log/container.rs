@@ -33,7 +33,7 @@ mod source;
 mod summary;
 mod walker;
 
-pub use folder::{drives, is_one_recording};
+pub use folder::{drives, is_one_recording, place_of_ending};
 pub use loss::Loss;
 pub use record::{Channel, RawMessage, Schema};
 pub use walker::{OpenError, Unchecked, walk, walk_in};

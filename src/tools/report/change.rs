@@ -14,7 +14,7 @@ line{stroke-linecap:round}.path{stroke:#b8d8c6}.as{stroke:#8b94a1;fill:#8b94a1;s
 .now{stroke:#d4002a;fill:#d4002a;stroke-width:4}\
 .label{fill:none;stroke:#8a2be2;stroke-width:2;stroke-opacity:.4}\
 .head{fill:#15181d;font:bold 16px sans-serif}.word{fill:#15181d;font:13px sans-serif}\
-.worst{fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
+.worst{paint-order:stroke;stroke:#fff;stroke-width:3px;fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
 
 /// Room for the words above: a line a heading, and what the colours mean.
 const ABOVE: f64 = 80.0;

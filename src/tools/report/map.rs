@@ -9,13 +9,16 @@ use crate::core::replay::Outcome;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Shape, Status};
 
+/// Width and height of an id: one that would cover another is left out.
+const ID: [f64; 2] = [26.0, 14.0];
+
 /// How it looks.
 const STYLE: &str = "\
 .wall{stroke:#15181d;stroke-width:4;stroke-linecap:round}.corner{fill:#c77700;stroke:#fff}\
 .tentative{stroke:#9aa2ae;stroke-width:3;stroke-linecap:round}.maybe{fill:#9aa2ae}\
 .suspect{fill:none;stroke:#d4002a;stroke-width:1.5;stroke-opacity:.5}\
 .worst{fill:none;stroke:#d4002a;stroke-width:6}\
-.id{fill:#1d5fa8;font:bold 14px sans-serif;text-anchor:middle}\
+.id,.named{paint-order:stroke;stroke:#fff;stroke-width:3px}.id{fill:#1d5fa8;font:bold 14px sans-serif;text-anchor:middle}\
 .named{fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
 
 /// Draws a map: along `path`, with the arcs of the suspects, the worst first.
@@ -27,6 +30,7 @@ pub fn draw(path: &[Vec2], outcome: &Outcome, suspects: &[Arc]) -> Document {
     let arcs = suspects.iter().flat_map(sweep);
     let plane = Plane::of(path.iter().copied().chain(features).chain(arcs), 0.0);
     let mut picture = plane.picture(path, STYLE);
+    let mut ids: Vec<[f64; 2]> = Vec::new();
     for feature in &outcome.map {
         let confirmed = feature.status == Status::Confirmed;
         let middle = match &feature.shape {
@@ -43,9 +47,12 @@ pub fn draw(path: &[Vec2], outcome: &Outcome, suspects: &[Arc]) -> Document {
                 point.position
             }
         };
-        if confirmed {
-            let beside = middle + Vec2::new(10.0, 8.0) / plane.scale;
+        let beside = middle + Vec2::new(10.0, 8.0) / plane.scale;
+        let [x, y] = plane.xy(beside);
+        let is_free = |[a, b]: &[f64; 2]| (a - x).abs() > ID[0] || (b - y).abs() > ID[1];
+        if confirmed && ids.iter().all(is_free) {
             picture.append(plane.text(beside, "id", feature.id.to_string()));
+            ids.push([x, y]);
         }
     }
     for (place, arc) in suspects.iter().enumerate().rev() {

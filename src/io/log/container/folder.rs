@@ -59,7 +59,7 @@ pub fn is_one_recording(folder: &Path) -> bool {
 }
 
 /// Where the ending of a log's name begins: `.mcap`, or what `ros2 bag` and others call it once it is packed.
-fn place_of_ending(part: &Path) -> Option<usize> {
+pub fn place_of_ending(part: &Path) -> Option<usize> {
     const ENDINGS: [&str; 4] = [".mcap", ".mcap.zstd", ".mcap.zst", ".mcap.gz"];
     let name = part.file_name()?.to_string_lossy();
     let ending = ENDINGS.iter().find(|ending| name.ends_with(**ending))?;
