@@ -464,9 +464,14 @@ fn draw(
         return Ok(None);
     }
     let name = log.file_name().unwrap_or(log.as_os_str()).to_string_lossy();
-    let title = inert_line(&name);
     let quality = found.quality.map(|[then, now]| headline(&then, &now));
-    let words = [title.as_ref(), quality.as_deref().unwrap_or_default()];
+    let (trend, numbers) = quality
+        .as_deref()
+        .and_then(|text| text.split_once(": "))
+        .unzip();
+    let title = [Some(name.as_ref()), trend].into_iter().flatten();
+    let title = inert_line(&title.collect::<Vec<_>>().join(": "));
+    let words = [title.as_ref(), numbers.unwrap_or_default()];
     let path = replay.path(outcome).into_iter();
     let path: Vec<Vec2> = path.map(|(_, pose)| pose.position()).collect();
     let svg = change::draw(words, &path, &over, farthest(found), &arcs);

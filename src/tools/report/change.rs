@@ -13,7 +13,7 @@ line{stroke-linecap:round}.path{stroke:#b8d8c6}.as{stroke:#8b94a1;fill:#8b94a1;s
 .before{stroke:#1d5fa8;fill:#1d5fa8;stroke-width:4;stroke-dasharray:9 7}\
 .now{stroke:#d4002a;fill:#d4002a;stroke-width:4}\
 .label{fill:none;stroke:#8a2be2;stroke-width:2;stroke-opacity:.4}\
-.head{fill:#15181d;font:bold 16px sans-serif}.word{fill:#15181d;font:13px sans-serif}\
+.head{fill:#15181d;font:bold 16px sans-serif}.word{fill:#15181d;font:12px sans-serif}\
 .worst{paint-order:stroke;stroke:#fff;stroke-width:3px;fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
 
 /// Room for the words above: a line a heading, and what the colours mean.
@@ -88,6 +88,6 @@ fn legend(picture: &mut Document) {
         picture.append(sample.set("class", class));
         let text = Text::new(word).set("x", x + 36.0).set("y", 68);
         picture.append(text.set("class", "word"));
-        x += 36.0 + 7.0 * word.len() as f64 + 20.0;
+        x += 36.0 + 6.6 * word.len() as f64 + 20.0;
     }
 }
