@@ -71,7 +71,10 @@ impl Plane {
 
     fn height(&self) -> f64 {
         let [lowest, highest] = HEIGHTS;
-        (self.scale * (self.max.y - self.min.y) + 2.0 * MARGIN).clamp(lowest, highest) + self.above
+        (self.scale * (self.max.y - self.min.y) + 2.0 * MARGIN)
+            .clamp(lowest, highest)
+            .round()
+            + self.above
     }
 
     /// Right and down from the upper left corner.
