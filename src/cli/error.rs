@@ -54,6 +54,14 @@ pub enum Error {
         /// What is wrong with it.
         source: ConfigError,
     },
+    /// Another method, for a command that looks into TMAM.
+    #[error(
+        "`tmam {command}` looks into TMAM alone: leave --method and `method` in the configuration out"
+    )]
+    OfTmamAlone {
+        /// The command.
+        command: &'static str,
+    },
     /// A sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
