@@ -8,6 +8,7 @@ pub mod findings;
 pub mod golden;
 pub mod info;
 pub mod report;
+pub mod reproduce;
 pub mod simulate;
 pub mod sweep;
 mod tables;

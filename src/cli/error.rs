@@ -13,6 +13,7 @@ use crate::tools::check::CheckError;
 use crate::tools::diff::DiffError;
 use crate::tools::evaluate::TruthError;
 use crate::tools::explain::ExplainError;
+use crate::tools::reproduce::ReproduceError;
 use crate::tools::simulate::SimulateError;
 use crate::tools::sweep::SweepError;
 
@@ -96,6 +97,9 @@ pub enum Error {
     /// A comparison that cannot begin.
     #[error(transparent)]
     Diff(#[from] DiffError),
+    /// An experiment that cannot be made again.
+    #[error(transparent)]
+    Reproduce(#[from] ReproduceError),
     /// A report that cannot be formed.
     #[error("cannot form the report: {0}")]
     Report(#[from] std::io::Error),

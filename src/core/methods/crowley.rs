@@ -80,7 +80,7 @@ fn aligned(arcs: &[Arc]) -> Option<Segment> {
     let spread = ways.fold(0.0, |sum, way| sum + way * way);
     // Errors of neighbouring readings are the beam's, and common to all three: no mean makes them less.
     let covariance = Matrix2::new(variance, 0.0, 0.0, variance / spread);
-    let local = Vector2::new(normal.dot(&line.mid) - normal.dot(&line.mid), line.theta);
+    let local = Vector2::new(0.0, line.theta);
     Some(
         line.with_line_about(line.mid, local, covariance)
             .canonical(),

@@ -3,12 +3,13 @@
 use std::collections::VecDeque;
 
 use super::rival::Scan;
-use crate::core::geometry::Vec2;
+use crate::core::geometry::{Vec2, angle_between};
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::pair::Points;
 
-/// Sensors nearer to each other than this give no crossing worth having, metres.
-const SHORTEST_BASELINE: f64 = 0.05;
+/// Arcs that cross at a smaller angle nearly touch, and noise moves their crossing far: before a wall that the
+/// robot drives at straight on, all arcs do, radians.
+const SMALLEST_ANGLE: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
 /// The last scans.
 #[derive(Debug)]
@@ -76,16 +77,16 @@ pub fn crossings<'a>(
     arc: &'a Arc,
     others: impl Iterator<Item = &'a Arc>,
 ) -> impl Iterator<Item = Crossing> {
-    let apart = |other: &&Arc| (other.center() - arc.center()).norm() > SHORTEST_BASELINE;
-    others.filter(apart).flat_map(|other| {
+    let all = others.flat_map(|other| {
         let points = Points::of(arc, other).intersection.into_iter().flatten();
         points.map(|point| Crossing {
             place: point.on_a,
             bearing: point.bearing_a,
-            angle: crate::core::geometry::angle_between(point.bearing_a, point.bearing_b),
+            angle: angle_between(point.bearing_a, point.bearing_b),
             arc: *other,
         })
-    })
+    });
+    all.filter(|crossing| crossing.angle >= SMALLEST_ANGLE)
 }
 
 /// The mean of places.

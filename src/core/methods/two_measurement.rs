@@ -10,8 +10,10 @@
 //! which the paper says nothing; features are fitted to the pair and fused by information, as TMAM does, so that
 //! nothing but the model differs.
 //!
-//! Pairs of steps as short as a decimetre nearly always have a tangent and a crossing, so it decides only
-//! where one of them just leaves the beam.
+//! A sonar that moves without turning sees a point at a bearing before the step and at another one after it, and
+//! the tangent's bearing lies between them: what both beams hold of a crossing they hold of the tangent. So points are
+//! told only where the sonar turned between the two readings, and lines only where their foot is about to leave the
+//! beam. Everywhere else the model fails, as the paper says.
 
 use std::collections::BTreeMap;
 
@@ -128,5 +130,49 @@ impl Rival for TwoMeasurement {
 
     fn reason(&self, arc: ArcId) -> Reason {
         self.reasons.get(&arc).copied().unwrap_or(Reason::Missing)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::geometry::Vec2;
+    use crate::core::tmam::fit::testing::arc;
+
+    fn seeing(x: f64, y: f64, yaw: f64, range: impl Fn(Vec2) -> f64) -> Arc {
+        let sensor = Vec2::new(x, y);
+        Arc {
+            beam_width: 22.5_f64.to_radians(),
+            ..arc(0, sensor, yaw.to_radians(), range(sensor))
+        }
+    }
+
+    #[test]
+    fn a_point_is_told_where_the_sonar_turned() {
+        let corner = unit(10_f64.to_radians());
+        let range = |sensor: Vec2| (corner - sensor).norm();
+        let (a, b) = (seeing(0.0, 0.0, -1.0, range), seeing(0.3, 0.0, 24.0, range));
+        assert_eq!(target(&a, &b), PairTarget::Feature(Kind::Point));
+        // Had it not turned, the beams would hold the tangent as well.
+        let (a, b) = (seeing(0.0, 0.0, 12.0, range), seeing(0.3, 0.0, 12.0, range));
+        assert_eq!(target(&a, &b), PairTarget::Neither(Reason::Ambiguous));
+    }
+
+    #[test]
+    fn a_line_is_told_where_its_foot_is_about_to_leave_the_beam() {
+        let range = |sensor: Vec2| 1.0 - sensor.x;
+        let pair = |yaw| [seeing(0.0, 0.0, yaw, range), seeing(0.0, 0.12, yaw, range)];
+        let [a, b] = pair(-11.2);
+        assert_eq!(target(&a, &b), PairTarget::Feature(Kind::Line));
+        let [a, b] = pair(0.0);
+        assert_eq!(target(&a, &b), PairTarget::Neither(Reason::Ambiguous));
+    }
+
+    #[test]
+    fn a_radius_between_is_an_arc_feature() {
+        let post = Vec2::new(1.5, 0.2);
+        let range = |sensor: Vec2| (post - sensor).norm() - 0.5;
+        let (a, b) = (seeing(0.0, 0.0, -3.2, range), seeing(0.3, 0.0, 19.6, range));
+        assert_eq!(target(&a, &b), PairTarget::Neither(Reason::ArcFeature));
     }
 }

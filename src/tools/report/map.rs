@@ -4,10 +4,10 @@ use svg::node::element::{Circle, Line, Polyline, Rectangle, Text};
 use svg::{Document, Node};
 
 use crate::core::geometry::Vec2;
-use crate::core::replay::Outcome;
 use crate::core::rounding::fixed;
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::feature::{Shape, Status};
+use crate::core::tmam::feature::{MapFeature, Shape, Status};
+use crate::core::world::World;
 use crate::observe::metric_grid::{multiples, spacing};
 
 /// Of the picture, in its own units.
@@ -83,7 +83,7 @@ impl Projection {
 const STYLE: &str = "\
 .ground{fill:#fff}.grid{stroke:#e3e6ea;stroke-width:1}.axis{stroke:#aab2bd;stroke-width:1}\
 .number{fill:#6b7480;font:12px sans-serif;text-anchor:middle}\
-.path{fill:none;stroke:#2f8657;stroke-width:1.5}\
+.world{stroke:#cfe0d4;stroke-width:10;stroke-linecap:round}.path{fill:none;stroke:#2f8657;stroke-width:1.5}\
 .wall{stroke:#15181d;stroke-width:4;stroke-linecap:round}.corner{fill:#c77700;stroke:#fff}\
 .tentative{stroke:#9aa2ae;stroke-width:3;stroke-linecap:round}.maybe{fill:#9aa2ae}\
 .suspect{fill:none;stroke:#d4002a;stroke-width:1.5;stroke-opacity:.5}\
@@ -91,9 +91,15 @@ const STYLE: &str = "\
 .id{fill:#1d5fa8;font:bold 14px sans-serif;text-anchor:middle}\
 .named{fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
 
-/// Draws a map: along `path`, with the arcs of the suspects, the worst first.
-pub fn draw(path: &[Vec2], outcome: &Outcome, suspects: &[Arc]) -> Document {
-    let features = outcome.map.iter().flat_map(|feature| match &feature.shape {
+/// Draws a map: along `path`, with the arcs of the suspects, the worst first; below all else the walls that
+/// there really are, where they are known.
+pub fn draw(
+    path: &[Vec2],
+    map: &[MapFeature],
+    suspects: &[Arc],
+    world: Option<&World>,
+) -> Document {
+    let features = map.iter().flat_map(|feature| match &feature.shape {
         Shape::Line(line) => line.ends().to_vec(),
         Shape::Point(point) => vec![point.position],
     });
@@ -109,7 +115,10 @@ pub fn draw(path: &[Vec2], outcome: &Outcome, suspects: &[Arc]) -> Document {
     grid(&projection, &mut picture);
     let every = path.len().div_ceil(MOST_PLACES).max(1);
     picture.append(projection.strip(path.iter().copied().step_by(every), "path"));
-    for feature in &outcome.map {
+    for wall in world.iter().flat_map(|world| world.walls()) {
+        picture.append(projection.line([wall.start, wall.end], "world"));
+    }
+    for feature in map {
         let confirmed = feature.status == Status::Confirmed;
         let middle = match &feature.shape {
             Shape::Line(line) => {

@@ -86,7 +86,7 @@ pub fn page(
         "<figure>{}<figcaption>Seen from above, metres in the odometry frame. Black: walls, orange: corners, both \
          with their ids; grey: tentative; green: the path; red: arcs whose label is contradicted.\
          </figcaption></figure>",
-        map::draw(path, outcome, &arcs)
+        map::draw(path, &outcome.map, &arcs, None)
     );
     html.push_str(&table_of_suspects(&suspects, setting));
     html.push_str(&table_of_sonars(setting, outcome));
