@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
-use tmam_replay::core::config::{Config, Rule};
+use tmam_replay::core::config::{Config, Method, Poses, Rule};
 use tmam_replay::core::event::SonarId;
 use tmam_replay::core::geometry::{Pose2, Vec2, direction};
 use tmam_replay::core::replay::Replay;
@@ -82,6 +82,22 @@ fn replay_of_the_sample_log(bencher: Bencher<'_, '_>, rule: &str) {
         Rule::NoiseAware
     };
     let config = Config::with_rule(rule);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_logs/room_step.mcap");
+    let log = read(&path, &config).unwrap();
+    let replay = Replay::new(&log, &config).unwrap();
+    bencher.bench_local(|| replay.run(&mut []).unwrap());
+}
+
+/// The methods on one log; TMAM at the poses of odometry, as the others.
+#[divan::bench(args = [
+    Method::Tmam, Method::TwoMeasurement, Method::Tbf, Method::Atm, Method::Rcd, Method::Crowley,
+])]
+fn methods(bencher: Bencher<'_, '_>, method: Method) {
+    let config = Config {
+        method,
+        poses: Poses::Odometry,
+        ..Config::default()
+    };
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_logs/room_step.mcap");
     let log = read(&path, &config).unwrap();
     let replay = Replay::new(&log, &config).unwrap();

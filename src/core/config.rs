@@ -369,6 +369,20 @@ impl SonarOverride {
     }
 }
 
+impl Method {
+    /// The word in files and for `--method`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tmam => "tmam",
+            Self::TwoMeasurement => "two-measurement",
+            Self::Tbf => "tbf",
+            Self::Atm => "atm",
+            Self::Rcd => "rcd",
+            Self::Crowley => "crowley",
+        }
+    }
+}
+
 impl NoiseAwareOptions {
     /// None: the paper to the letter.
     pub const NONE: Self = Self {
