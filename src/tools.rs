@@ -5,6 +5,7 @@ mod document;
 pub mod evaluate;
 pub mod explain;
 pub mod findings;
+pub mod fleet;
 pub mod golden;
 pub mod info;
 pub mod report;

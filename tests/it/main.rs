@@ -10,6 +10,8 @@
 
 mod support;
 
+#[cfg(feature = "parquet")]
+mod arcs;
 mod bad_input;
 mod calibrate;
 mod drift;
@@ -17,6 +19,7 @@ mod encodings;
 mod evaluate;
 mod explain;
 mod faults;
+mod fleet;
 mod floors;
 mod golden;
 mod info;

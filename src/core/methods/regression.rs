@@ -16,7 +16,8 @@ pub fn line_through(places: &[Vec2]) -> Option<Segment> {
         xy += off.x * off.y;
         yy += off.y * off.y;
     }
-    if places.len() < 2 || !(xx + yy > 0.0) {
+    let are_apart = places.len() >= 2 && xx + yy > 0.0;
+    if !are_apart {
         return None;
     }
     let theta = libm::atan2(2.0 * xy, xx - yy) / 2.0 + FRAC_PI_2;

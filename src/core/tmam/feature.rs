@@ -270,8 +270,9 @@ impl Point {
     /// polar coordinates are singular: closer than its own standard deviation.
     pub fn polar_covariance(&self) -> Option<Matrix2<f64>> {
         let (rho, alpha) = self.polar();
-        // Also where no covariance is known.
-        if !(rho * rho > self.covariance.trace()) {
+        // Not where no covariance is known.
+        let is_known = rho * rho > self.covariance.trace();
+        if !is_known {
             return None;
         }
         let n = unit(alpha);

@@ -168,6 +168,7 @@ fn room(sigma: f64, seed: u64) -> Result<(Log, RecordedTruth), ReproduceError> {
         odometry_noise: OdometryNoise::default(),
         untold: Untold::default(),
         silent: Vec::new(),
+        without_truth: false,
         seed,
     };
     let bytes = simulation.write(Cursor::new(Vec::new()))?.into_inner();

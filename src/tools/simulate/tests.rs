@@ -17,6 +17,7 @@ fn room(motion: Motion) -> Simulation {
         odometry_noise: OdometryNoise::default(),
         untold: Untold::default(),
         silent: Vec::new(),
+        without_truth: false,
         seed: 1,
     }
 }

@@ -152,6 +152,7 @@ impl Case {
             },
             untold: Untold::default(),
             silent: Vec::new(),
+            without_truth: false,
             seed,
         };
         simulation

@@ -35,6 +35,7 @@ fn room() -> Vec<u8> {
         odometry_noise: OdometryNoise::default(),
         untold: Untold::default(),
         silent: Vec::new(),
+        without_truth: false,
         seed: 4,
     };
     simulation
