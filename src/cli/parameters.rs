@@ -75,7 +75,7 @@ pub struct Selection {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
-enum MethodName {
+pub(super) enum MethodName {
     /// Three measurements association model
     Tmam,
     /// Two measurements, the model that TMAM replaces
@@ -104,6 +104,16 @@ enum PosesName {
     Odometry,
     /// Odometry and ranges together, estimated with the features
     Joint,
+}
+
+impl MethodName {
+    /// As a text of a configuration file.
+    pub fn layer(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| {
+            format!("method = \"{}\"", value.get_name())
+        })
+    }
 }
 
 /// A flag: its name, the key of the configuration that it stands for, and its value if it is given.

@@ -149,3 +149,15 @@ fn features_without_covariance_say_so_and_what_is_tmams_is_off() {
         );
     }
 }
+
+#[test]
+fn two_methods_are_compared_on_one_log() {
+    let bench = Bench::new();
+    bench.sh("tmam simulate -o log.mcap --noise 0.003");
+    let run = bench.sh("tmam diff log.mcap --method-a tbf --method-b atm --json");
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let diff: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(!diff["differences"].as_array().unwrap().is_empty());
+    let same = bench.sh("tmam diff log.mcap --method tbf --set-b map.gate=25");
+    assert_eq!(same.code, 0, "{}", same.stdout);
+}
