@@ -10,6 +10,7 @@ pub mod geometry;
 pub mod joint;
 pub mod legible;
 pub mod log;
+pub mod methods;
 pub mod noise_estimate;
 pub mod observer;
 pub mod odometry;

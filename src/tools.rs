@@ -9,6 +9,7 @@ pub mod fleet;
 pub mod golden;
 pub mod info;
 pub mod report;
+pub mod reproduce;
 pub mod simulate;
 pub mod sweep;
 mod tables;

@@ -25,6 +25,7 @@ mod golden;
 mod info;
 #[cfg(feature = "viewer")]
 mod live;
+mod methods;
 mod noise;
 mod odd_logs;
 mod outputs;
@@ -33,6 +34,7 @@ mod poses;
 mod reference;
 mod replay;
 mod report;
+mod reproduce;
 mod room;
 mod rough;
 mod sample_logs;
