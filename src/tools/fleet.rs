@@ -12,6 +12,7 @@ use rayon::iter::{
 
 use crate::core::exit::Exit;
 use crate::core::legible::one_line;
+use crate::core::replay::CauseTold;
 use crate::io::drives::Drive;
 use crate::tools::tables::{TableColumn, listed, name};
 
@@ -157,5 +158,20 @@ fn ending(exit: Exit) -> &'static str {
         Exit::Differs => "differs",
         Exit::Unusable => "FAILED",
         Exit::Incomplete => "incomplete",
+    }
+}
+
+/// The keys that mend what is off; `None` where that was not looked for.
+fn off(causes: Option<&[CauseTold]>) -> String {
+    match causes {
+        None => "-".to_owned(),
+        Some([]) => "none found".to_owned(),
+        Some([first, rest @ ..]) => {
+            let settings = first.settings.join(", ");
+            match rest.len() {
+                0 => settings,
+                more => format!("{settings} and {more} more"),
+            }
+        }
     }
 }

@@ -111,3 +111,27 @@ fn what_only_one_log_can_have_is_refused_before_any_is_read() {
     assert_eq!(none.code, 2);
     assert!(none.stderr.contains("fits no file"), "{}", none.stderr);
 }
+
+#[test]
+fn several_logs_are_told_and_held_against_the_truth_in_tables() {
+    let bench = drives();
+    let logs = "drives/long.mcap drives/none.mcap drives/short.mcap";
+    for (command, column) in [("info --no-causes", "weightiest"), ("evaluate", "missed")] {
+        let run = bench.sh(&format!("tmam {command} {logs}"));
+        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
+        assert!(run.stdout.contains(column), "{}", run.stdout);
+        let rows: Vec<&str> = run
+            .stdout
+            .lines()
+            .filter(|row| row.contains("done"))
+            .collect();
+        assert_eq!(rows.len(), 2, "{}", run.stdout);
+    }
+    let run = bench.sh("tmam info --no-causes --json drives/long.mcap drives/short.mcap");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let documents =
+        serde_json::Deserializer::from_str(&run.stdout).into_iter::<serde_json::Value>();
+    let files = documents.map(|document| document.unwrap()["source"]["file"].clone());
+    assert_eq!(files.count(), 2);
+    assert_eq!(bench.sh(&format!("tmam info --skeleton {logs}")).code, 2);
+}

@@ -1,6 +1,6 @@
 //! What a table says of a log that was replayed, and of one that was held against the truth.
 
-use super::Summary;
+use super::{Summary, off};
 use crate::core::exit::Exit;
 use crate::core::observer::Setting;
 use crate::core::pattern::is_chosen;
@@ -58,7 +58,7 @@ impl Replayed {
             percent(share(of.score.explained, of.score.arcs))
         }),
         ("map", &|of| (of.score.lines + of.score.points).to_string()),
-        ("what is off", &|of| of.off()),
+        ("what is off", &|of| off(of.causes.as_deref())),
     ];
 
     /// What the table has of it where the truth is known.
@@ -78,21 +78,6 @@ impl Replayed {
     fn truth(&self, of: fn(&TruthScore) -> u64) -> String {
         let truth = self.score.truth.as_ref();
         truth.map_or_else(|| "-".to_owned(), |truth| of(truth).to_string())
-    }
-
-    /// The keys that mend what is off.
-    fn off(&self) -> String {
-        match self.causes.as_deref() {
-            None => "-".to_owned(),
-            Some([]) => "none found".to_owned(),
-            Some([first, rest @ ..]) => {
-                let settings = first.settings.join(", ");
-                match rest.len() {
-                    0 => settings,
-                    more => format!("{settings} and {more} more"),
-                }
-            }
-        }
     }
 }
 

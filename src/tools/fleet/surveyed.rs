@@ -1,6 +1,6 @@
 //! What a table says of a log that was looked into.
 
-use super::Summary;
+use super::{Summary, off};
 use crate::core::exit::Exit;
 use crate::core::statistics::seconds;
 use crate::tools::findings::finding::{Finding, Weight};
@@ -10,7 +10,7 @@ use crate::tools::tables::TableColumn;
 
 impl Info {
     /// What the table has of a log.
-    pub const COLUMNS: [TableColumn<'static, Self>; 6] = [
+    pub const COLUMNS: [TableColumn<'static, Self>; 7] = [
         ("s", &|of| {
             let source = &of.facts.source;
             format!("{:.1}", seconds(source.start_ns, source.end_ns))
@@ -25,6 +25,7 @@ impl Info {
             let first = of.findings.first();
             first.map_or("-", |finding| finding.code).to_owned()
         }),
+        ("what is off", &|of| off(of.causes.as_deref())),
     ];
 }
 
