@@ -7,6 +7,7 @@ use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
+use crate::core::least_explained::least_explained;
 use crate::core::observer::{Observer, Setting};
 use crate::core::replay::Replay;
 use crate::io::log::survey;
@@ -145,6 +146,7 @@ impl Args {
             if !self.no_causes {
                 outcome.causes = causes::look_for(&replay, &outcome);
             }
+            outcome.stretch = least_explained(&setting, &outcome);
             let mut facts = Facts::new(&survey, Some(outcome));
             let found = findings(&Examined {
                 facts: &facts,
@@ -158,7 +160,7 @@ impl Args {
                 .notes
                 .extend(serious.iter().map(|finding| finding.line()));
             if let Some(mut recording) = recording {
-                recording.tell_causes(outcome.causes.as_deref().unwrap_or_default())?;
+                recording.tell(&outcome)?;
                 let setting = Setting {
                     source: &source,
                     ..setting

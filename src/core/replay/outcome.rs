@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::stretch::Stretch;
 use crate::core::frames::{Frame, Tally};
 use crate::core::joint::{JointEstimate, OdometryKept};
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
@@ -48,6 +49,8 @@ pub struct Outcome {
     pub poses: Option<Result<JointEstimate, OdometryKept>>,
     /// What is off, each tried, the weightiest first; `None` where that was not looked for.
     pub causes: Option<Vec<CauseTold>>,
+    /// The stretch that the map explains least, where one stands out and that was looked for.
+    pub stretch: Option<Stretch>,
 }
 
 /// What is off, in words.

@@ -155,6 +155,7 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
             _ => OdometryNoise::default(),
         },
         untold: Untold::default(),
+        late: None,
         silent: Vec::new(),
         seed,
     };

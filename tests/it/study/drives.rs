@@ -137,6 +137,7 @@ impl Case {
                 _ => OdometryNoise::default(),
             },
             untold: Untold::default(),
+            late: None,
             silent: Vec::new(),
             seed,
         };
