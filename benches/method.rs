@@ -1,23 +1,32 @@
-//! Where a replay spends its time: the second opinion, fits, and a replay as a whole.
+//! Where a replay spends its time: decoding, the step of the machine, the test in a window, fits, the encoding of a
+//! recording, and a replay as a whole.
 //!
-//! `cargo bench` runs them.
+//! `cargo bench` runs them; `benches/yardstick.py` times whole processes.
 
 #![allow(
     clippy::unwrap_used,
     reason = "a benchmark that meets something unexpected should stop on the spot"
 )]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use tmam_replay::core::config::{Config, Rule};
 use tmam_replay::core::event::SonarId;
 use tmam_replay::core::geometry::{Pose2, Vec2, direction};
+#[cfg(feature = "viewer")]
+use tmam_replay::core::observer::Kept;
 use tmam_replay::core::replay::Replay;
+use tmam_replay::core::tmam::Tmam;
 use tmam_replay::core::tmam::arc::{Arc, ArcId};
 use tmam_replay::core::tmam::fit::{FitOptions, fit_line, fit_point};
 use tmam_replay::core::tmam::hypothesis::{Gate, HypothesisTest};
-use tmam_replay::io::log::read;
+use tmam_replay::io::log::{Gathered, read};
+#[cfg(feature = "viewer")]
+use tmam_replay::observe::drawing::Overlay;
+#[cfg(feature = "viewer")]
+use tmam_replay::observe::recording::Recording;
 
 fn main() {
     divan::main();
@@ -74,16 +83,69 @@ fn fit_of_a_run(bencher: Bencher<'_, '_>, corner: bool) {
     });
 }
 
+/// From the bytes of a log to readings and odometry: every message read and decoded.
+#[divan::bench]
+fn decode_of_the_sample_log(bencher: Bencher<'_, '_>) {
+    let (log, config) = (sample(), Config::default());
+    let messages = read(&log, &config).unwrap().messages;
+    let messages = ItemsCount::new(messages);
+    let bencher = bencher.counter(messages);
+    bencher.bench_local(|| Gathered::read(&log, &config).unwrap());
+}
+
+/// Every frame through the machine: by arc.
+#[divan::bench(args = ["paper", "noise-aware"])]
+fn step_of_the_sample_log(bencher: Bencher<'_, '_>, rule: &str) {
+    let config = config(rule);
+    let log = read(&sample(), &config).unwrap();
+    let replay = Replay::new(&log, &config).unwrap();
+    let echoes = replay.run(&mut []).unwrap().tally.echoes;
+    let bencher = bencher.counter(ItemsCount::new(echoes));
+    bencher.bench_local(|| {
+        let mut tmam = Tmam::new(replay.config());
+        for frame in replay.frames() {
+            black_box(tmam.step(frame));
+        }
+        tmam.finish()
+    });
+}
+
+/// What a replay brought about, as a recording: by frame.
+#[cfg(feature = "viewer")]
+#[divan::bench]
+fn encode_of_the_sample_log(bencher: Bencher<'_, '_>) {
+    let config = Config::default();
+    let log = read(&sample(), &config).unwrap();
+    let replay = Replay::new(&log, &config).unwrap();
+    let mut kept = Kept::default();
+    replay.run(&mut [&mut kept]).unwrap();
+    let bencher = bencher.counter(ItemsCount::new(replay.frames().len()));
+    bencher.bench_local(|| {
+        let mut out = Vec::new();
+        let overlay = Overlay::default();
+        let mut recording =
+            Recording::new(Some(&mut out), None, replay.setting(), overlay).unwrap();
+        kept.show(&mut recording).unwrap();
+        recording.close(None).unwrap();
+        out
+    });
+}
+
 #[divan::bench(args = ["paper", "noise-aware"])]
 fn replay_of_the_sample_log(bencher: Bencher<'_, '_>, rule: &str) {
-    let rule = if rule == "paper" {
-        Rule::Paper
-    } else {
-        Rule::NoiseAware
-    };
-    let config = Config::with_rule(rule);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_logs/room_step.mcap");
-    let log = read(&path, &config).unwrap();
+    let config = config(rule);
+    let log = read(&sample(), &config).unwrap();
     let replay = Replay::new(&log, &config).unwrap();
     bencher.bench_local(|| replay.run(&mut []).unwrap());
+}
+
+fn config(rule: &str) -> Config {
+    Config::with_rule(match rule {
+        "paper" => Rule::Paper,
+        _ => Rule::NoiseAware,
+    })
+}
+
+fn sample() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("sample_logs/room_step.mcap")
 }

@@ -1,4 +1,5 @@
 pub mod config;
+pub mod drives;
 #[cfg(all(unix, feature = "terminal"))]
 pub mod interruption;
 pub mod log;

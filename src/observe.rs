@@ -1,5 +1,10 @@
 //! What watches a replay and writes or shows what it sees.
 
+#[cfg(feature = "parquet")]
+pub mod arc_table;
+#[cfg(not(feature = "parquet"))]
+#[path = "observe/without_parquet.rs"]
+pub mod arc_table;
 pub mod causes;
 pub mod contradiction;
 pub mod drawing;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::core::exit::Exit;
 use crate::core::replay::ReplayError;
 use crate::io::config::file::ConfigError;
+use crate::io::drives::DrivesError;
 use crate::io::log::{LogError, itemised};
 use crate::io::output::OutputError;
 use crate::io::outputs::OutputsError;
@@ -13,6 +14,7 @@ use crate::tools::check::CheckError;
 use crate::tools::diff::DiffError;
 use crate::tools::evaluate::TruthError;
 use crate::tools::explain::ExplainError;
+use crate::tools::fleet::{Failure, FleetError};
 use crate::tools::simulate::SimulateError;
 use crate::tools::sweep::SweepError;
 
@@ -22,6 +24,29 @@ pub enum Error {
     /// The log.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// What is named as logs.
+    #[error(transparent)]
+    Drives(#[from] DrivesError),
+    /// Several logs, and nothing says where their outputs go.
+    #[error(
+        "{logs} logs are given: say in which folder their outputs go, -o FOLDER, or --features, --trace or --arcs \
+         FOLDER for only these"
+    )]
+    NoFolder {
+        /// How many.
+        logs: usize,
+    },
+    /// A flag that only one log can have.
+    #[error("{flag} is for one log, and {logs} are given")]
+    ForOneLog {
+        /// The flag.
+        flag: &'static str,
+        /// How many.
+        logs: usize,
+    },
+    /// Several logs at once.
+    #[error(transparent)]
+    Fleet(#[from] FleetError),
     /// A log that is not whole, where only a whole one will do.
     #[error("{file} could not be read whole, as --strict asks. Lost:{}", itemised(.losses))]
     Incomplete {
@@ -109,6 +134,15 @@ impl Error {
             Exit::Incomplete
         } else {
             Exit::Unusable
+        }
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self {
+            exit: error.exit(),
+            text: error.to_string(),
         }
     }
 }

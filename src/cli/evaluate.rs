@@ -1,23 +1,29 @@
 //! `tmam evaluate`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
 use super::simulate::{WorldFile, world_file};
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
+use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::observer::Kept;
 use crate::core::replay::{Replay, ReplayError};
+use crate::io::drives::{self, Drive};
 use crate::io::log;
-use crate::io::output::show;
+use crate::io::output::{is_stdout, show};
 use crate::io::outputs::{Requested, Written};
+use crate::observe::progress::ReplaysProgress;
 use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth, text, write};
+use crate::tools::fleet::Fleet;
+use crate::tools::fleet::replayed::Replayed;
 use crate::tools::golden::carried;
+use crate::tools::sweep::score::TruthScore;
 
 /// Score a replay against the truth: labels, suspects, features and their covariances
 ///
@@ -37,8 +43,9 @@ Examples:
   tmam evaluate room.mcap --gamma 5 --json | jq .labels.wrong_share"
 )]
 pub struct Args {
-    /// The MCAP log
-    log: PathBuf,
+    /// MCAP logs, folders of them, or patterns; several are told in a table, the worst first
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
     /// The world in JSON, metres in the odometry frame: {"walls": [[x1,y1,x2,y2], ...], "points":
     /// [[x,y], ...]} [default: the truth in the log]
     #[arg(long, value_name = "WORLD.json", value_parser = world_file)]
@@ -46,12 +53,15 @@ pub struct Args {
     /// A range agrees with the echo model within this, or five of its standard deviations
     #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
     agree: f64,
-    /// Write a recording for the Rerun viewer here, with the truth and the errors in it
+    /// Write a recording for the Rerun viewer here, with the truth and the errors in it; of several logs, the folder
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
     /// Tell it in JSON (tmam.evaluation/1): SI units and radians
     #[arg(long)]
     json: bool,
+    /// How many logs to replay at a time [default: one per processor]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    jobs: usize,
     #[command(flatten)]
     parameters: Parameters,
 }
@@ -63,20 +73,66 @@ of this place?\n";
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
-        let (log, recorded) = log::read_with_truth(&self.log, &config)?;
-        let replay = Replay::new(&log, &config)?;
-        let world = self.truth.as_ref().map(|file| file.world.clone());
-        let truth = Truth::new(&replay, &recorded, world, self.agree)?;
-        let asked = self.output.is_some() || self.json;
-        let requested = Requested {
-            recording: self.output,
+        let logs = drives::logs(&self.logs)?;
+        match logs.as_slice() {
+            [log] => self.one(log, &config),
+            _ => self.several(&drives::drives(logs), &config),
+        }
+    }
+
+    fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
+        let told = self.evaluate(log, config, self.requested())?;
+        show(&told.summary.problems, true)?;
+        if !self.json {
+            show(&told.text, told.to_stdout)?;
+        }
+        show(told.doubts, true)?;
+        Ok(told.summary.exit)
+    }
+
+    fn several(&self, drives: &[Drive], config: &Config) -> Result<Exit, Error> {
+        let logs = drives.len();
+        let folders = self.requested();
+        if self.json || folders.paths().into_iter().flatten().any(is_stdout) {
+            let flag = if self.json { "--json" } else { "-" };
+            return Err(Error::ForOneLog { flag, logs });
+        }
+        let progress = ReplaysProgress::new(logs, "logs");
+        let fleet = Fleet::run(drives, self.jobs, |drive| {
+            let told = self.evaluate(&drive.path, config, folders.of_drive(&drive.name));
+            progress.tick();
+            let Told {
+                mut summary,
+                doubts,
+                ..
+            } = told?;
+            summary.problems += doubts;
+            Ok(summary)
+        })?;
+        drop(progress);
+        show(&fleet.problems(), true)?;
+        show(&fleet.table(&Replayed::AGAINST_TRUTH), false)?;
+        Ok(fleet.exit())
+    }
+
+    fn requested(&self) -> Requested {
+        Requested {
+            recording: self.output.clone(),
             evaluation: self.json.then(|| PathBuf::from("-")),
             inputs: (self.parameters.file().map(PathBuf::from).into_iter())
                 .chain(self.truth.iter().map(|world| world.path.clone()))
                 .collect(),
             ..Requested::default()
-        };
-        let mut outputs = asked.then(|| requested.open(&self.log)).transpose()?;
+        }
+    }
+
+    fn evaluate(&self, path: &Path, config: &Config, requested: Requested) -> Result<Told, Error> {
+        let (log, recorded) = log::read_with_truth(path, config)?;
+        let replay = Replay::new(&log, config)?;
+        let world = self.truth.as_ref().map(|file| file.world.clone());
+        let truth = Truth::new(&replay, &recorded, world, self.agree)?;
+        let asked = requested.paths().iter().any(Option::is_some);
+        let mut outputs = asked.then(|| requested.open(path)).transpose()?;
 
         let mut kept = Kept::default();
         let is_recorded = outputs.as_ref().is_some_and(|o| o.recording.is_some());
@@ -102,17 +158,26 @@ impl Args {
             }
             written = outputs.commit()?;
         }
-        show(&report::problems(&log, &setting, &outcome), true)?;
-        if !self.json {
-            let text = text::text(&setting, &truth, &evaluation);
-            let text = text + &report::written(&written.files);
-            show(&text, written.to_stdout)?;
-        }
+        let problems = report::problems(&log, &setting, &outcome);
+        let score = Some(TruthScore::new(&evaluation));
+        let mut summary = Replayed::new(&setting, &outcome, score, problems);
         let fits = evaluation.labels.fits_the_world();
-        if !fits {
-            show(NO_FIT, true)?;
-        }
         let is_scored = setting.source.complete && evaluation.labels.given() > 0 && fits;
-        Ok(Exit::of_whole(is_scored))
+        summary.exit = Exit::of_whole(is_scored);
+        let text = text::text(&setting, &truth, &evaluation);
+        Ok(Told {
+            summary,
+            text: text + &report::written(&written.files),
+            to_stdout: written.to_stdout,
+            doubts: if fits { "" } else { NO_FIT },
+        })
     }
+}
+
+/// What is told of a log that was held against the truth.
+struct Told {
+    summary: Replayed,
+    text: String,
+    to_stdout: bool,
+    doubts: &'static str,
 }

@@ -4,10 +4,14 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
 use crate::cli::error::Error;
+use crate::core::config::Config;
 use crate::core::exit::Exit;
+use crate::io::drives::{self, Drive};
 use crate::io::log::survey::survey;
 use crate::io::output::{Output, show};
+use crate::observe::progress::ReplaysProgress;
 use crate::tools::findings::trial::attempted;
+use crate::tools::fleet::Fleet;
 use crate::tools::info::{Info, text};
 
 /// Tell what a log holds, whether it can be replayed, and what it lacks
@@ -21,17 +25,22 @@ cannot be read; 3 told, but the log is incomplete, or cannot be replayed as it i
 
 Examples:
   tmam info drive.mcap                            what is in it and what is wrong with it
+  tmam info drives/*.mcap                         which of them have something wrong
   tmam info drive.mcap --skeleton > tmam.toml     what its configuration must say
   tmam info drive.mcap --json | jq .findings      for machines")]
 pub struct Args {
-    /// The MCAP log
-    log: PathBuf,
-    /// Tell it in JSON (tmam.info/1): SI units and radians
+    /// MCAP logs, folders of them, or patterns; several are told in a table, the worst first
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Tell it in JSON (tmam.info/1): SI units and radians; of several logs one document after the other
     #[arg(long)]
     json: bool,
     /// Print only the keys that the configuration lacks, as TOML
     #[arg(long, conflicts_with = "json")]
     skeleton: bool,
+    /// How many logs to look into at a time [default: one per processor]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    jobs: usize,
     #[command(flatten)]
     parameters: Parameters,
 }
@@ -39,8 +48,15 @@ pub struct Args {
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
-        let survey = survey(&self.log, &config)?;
-        let info = Info::new(&survey, &|config| attempted(&self.log, config));
+        let logs = drives::logs(&self.logs)?;
+        match logs.as_slice() {
+            [log] => self.one(log, &config),
+            _ => self.several(&drives::drives(logs), &config),
+        }
+    }
+
+    fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
+        let info = info(log, config)?;
         if self.json {
             Output::whole(Path::new("-"), |out| info.write(out))?;
         } else if self.skeleton {
@@ -50,4 +66,35 @@ impl Args {
         }
         Ok(Exit::of_whole(info.is_fine()))
     }
+
+    fn several(&self, drives: &[Drive], config: &Config) -> Result<Exit, Error> {
+        if self.skeleton {
+            return Err(Error::ForOneLog {
+                flag: "--skeleton",
+                logs: drives.len(),
+            });
+        }
+        let progress = ReplaysProgress::new(drives.len(), "logs");
+        let fleet = Fleet::run(drives, self.jobs, |drive| {
+            let info = info(&drive.path, config);
+            progress.tick();
+            Ok(info?)
+        })?;
+        drop(progress);
+        show(&fleet.problems(), true)?;
+        if self.json {
+            let mut told = fleet.told();
+            Output::whole(Path::new("-"), |out| {
+                told.try_for_each(|info| info.write(out))
+            })?;
+        } else {
+            show(&fleet.table(&Info::COLUMNS), false)?;
+        }
+        Ok(fleet.exit())
+    }
+}
+
+fn info(log: &Path, config: &Config) -> Result<Info, Error> {
+    let survey = survey(log, config)?;
+    Ok(Info::new(&survey, &|config| attempted(log, config)))
 }

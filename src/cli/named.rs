@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use clap::builder::ValueParser;
 
 /// Extensions of what tmam and its neighbours read and write.
-const KNOWN: [&str; 12] = [
-    "csv", "html", "json", "jsonl", "mcap", "md", "bag", "rrd", "toml", "tum", "db3", "xml",
+const KNOWN: [&str; 13] = [
+    "csv", "html", "json", "jsonl", "mcap", "md", "bag", "parquet", "rrd", "toml", "tum", "db3",
+    "xml",
 ];
 
 /// A file of one kind: other names will do, but none that says that it is of another kind.

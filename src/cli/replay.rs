@@ -1,54 +1,70 @@
 //! `tmam replay`
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
+use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::least_explained::least_explained;
 use crate::core::observer::{Observer, Setting};
 use crate::core::replay::Replay;
+use crate::core::tmam::arc::Arc;
+use crate::io::drives::{self, Drive};
 use crate::io::log::survey;
-use crate::io::output::show;
-use crate::io::outputs::Requested;
+use crate::io::log::truth::RecordedTruth;
+use crate::io::output::{is_stdout, show};
+use crate::io::outputs::{Requested, refuse_collisions};
+use crate::observe::arc_table::{self, TableName};
 use crate::observe::causes;
 use crate::observe::drawing::Overlay;
 use crate::observe::features;
 use crate::observe::path_file::{self, PathFormat};
-use crate::observe::progress::Progress;
+use crate::observe::progress::{Progress, ReplaysProgress};
 use crate::observe::recording::{Live, Recording};
 use crate::observe::report;
 use crate::observe::trace;
 use crate::observe::viewer::{self, DEFAULT_URL};
+use crate::tools::evaluate::Truth;
+use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::findings::examined::Examined;
 use crate::tools::findings::facts::Facts;
 use crate::tools::findings::trial::attempted;
 use crate::tools::findings::{findings, to_warn_of, warnings};
+use crate::tools::fleet::Fleet;
+use crate::tools::fleet::replayed::Replayed;
 use crate::tools::golden::carried;
+use crate::tools::map_file::{self, MapFormat};
 
-/// Replay a log: record what was seen and decided, extract features
+/// Replay logs: record what was seen and decided, extract features
 ///
 /// With no output named, writes LOG.rrd and LOG.features.json into the current directory; otherwise
-/// exactly the outputs that are named. `-` is standard output, for one of them.
+/// exactly the outputs that are named. `-` is standard output, for one of them. Of several logs, outputs go into
+/// folders: -o FOLDER takes LOG.rrd and LOG.features.json. One that fails does not stop the others, and a table has
+/// the worst log first.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "\
 Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
-incomplete (2 with --strict) or holds no echo, or there was nothing to replay.
+incomplete (2 with --strict) or holds no echo, or there was nothing to replay. Of several logs the worst: 2, 3, 0.
 
 Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
   tmam replay drive.mcap --trace drive.jsonl      only the trace: why each arc was labelled so
   tmam replay drive.mcap --path drive.tum         the path used, for evo
-  tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd"
+  tmam replay drive.mcap --map drive.pgm          the map for nav2, with drive.yaml
+  tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd
+  tmam replay drives/*.mcap -o out                all of them, and a table with the worst one first
+  tmam replay drives --arcs arcs                  a table of all arcs, for DuckDB, Polars or pandas"
 )]
 pub struct Args {
-    /// The MCAP log
-    log: PathBuf,
-    /// Write the recording for the Rerun viewer here
+    /// MCAP logs, folders of them, or patterns
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Write the recording for the Rerun viewer here; of several logs, the folder for recordings and features
     #[arg(
         short,
         long = "output",
@@ -67,6 +83,13 @@ pub struct Args {
     /// where the name ends in .mcap
     #[arg(long, value_name = "FILE.tum", value_parser = path_file)]
     path: Option<PathBuf>,
+    /// Write the map here: .geojson, .csv, .svg, or .pgm, a grid for nav2 with its .yaml beside it
+    #[arg(long, value_name = "FILE", value_parser = map_file)]
+    map: Option<PathBuf>,
+    /// Write a table of arcs in Parquet here: what the trace has, causes and the truth; of several logs, the folder
+    /// for tables
+    #[arg(long, value_name = "FILE.parquet", value_parser = ending_in("parquet"))]
+    arcs: Option<PathBuf>,
     /// Write no recording
     #[arg(long)]
     no_recording: bool,
@@ -92,6 +115,9 @@ pub struct Args {
     /// Say nothing but what went wrong
     #[arg(short, long)]
     quiet: bool,
+    /// How many logs to replay at a time [default: one per processor]; the outputs are the same
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    jobs: usize,
     #[command(flatten)]
     parameters: Parameters,
 }
@@ -99,21 +125,84 @@ pub struct Args {
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
         let config = self.parameters.configuration()?;
-        let survey = survey::as_it_is(&self.log, &config)?;
-        let log = &survey.log;
-        if self.strict && !log.losses.is_empty() {
-            return Err(Error::Incomplete {
-                file: log.file.clone(),
-                losses: log.losses.clone(),
-            });
+        let logs = drives::logs(&self.logs)?;
+        match logs.as_slice() {
+            [log] if !self.names_a_folder() => self.one(log, &config),
+            _ => self.several(&drives::drives(logs), &config),
         }
-        let replay = Replay::new(log, &config)?;
-        let setting = replay.setting();
-        let requested = Requested {
-            recording: self.output,
-            features: self.features,
-            trace: self.trace,
-            path: self.path,
+    }
+
+    /// Whether the outputs go into a folder, as those of several logs do.
+    fn names_a_folder(&self) -> bool {
+        let is_folder = |path: &PathBuf| path.is_dir() || path.to_string_lossy().ends_with('/');
+        self.output.as_ref().is_some_and(is_folder)
+    }
+
+    fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
+        let name = drives::drives(vec![log.to_owned()]).into_iter().next();
+        let name = name.map(|drive| drive.name).unwrap_or_default();
+        let told = self.replay(log, &name, config, self.requested(), true)?;
+        show(&told.summary.problems, true)?;
+        if !self.quiet {
+            show(&told.closing, told.to_stdout)?;
+        }
+        Ok(told.summary.exit)
+    }
+
+    fn several(&self, drives: &[Drive], config: &Config) -> Result<Exit, Error> {
+        let folders = Requested {
+            recording: self.output.clone().filter(|_| viewer::IS_BUILT_IN),
+            features: self.features.clone().or_else(|| self.output.clone()),
+            ..self.requested()
+        };
+        self.refuse_for_several(&folders, drives.len())?;
+        let requested: Vec<Requested> = (drives.iter())
+            .map(|drive| folders.of_drive(&drive.name))
+            .collect();
+        let inputs = drives.iter().map(|drive| drive.path.as_path());
+        let inputs: Vec<&Path> = inputs.chain(self.parameters.file()).collect();
+        let outputs: Vec<_> = requested.iter().flat_map(Requested::paths).collect();
+        refuse_collisions(&inputs, &outputs)?;
+
+        let progress = ReplaysProgress::new(drives.len(), "logs");
+        let fleet = Fleet::run(drives, self.jobs, |drive| {
+            let requested = folders.of_drive(&drive.name);
+            let told = self.replay(&drive.path, &drive.name, config, requested, false);
+            progress.tick();
+            Ok(told?.summary)
+        })?;
+        drop(progress);
+        show(&fleet.problems(), true)?;
+        if !self.quiet {
+            show(&fleet.table(&Replayed::COLUMNS), false)?;
+        }
+        Ok(fleet.exit())
+    }
+
+    fn refuse_for_several(&self, folders: &Requested, logs: usize) -> Result<(), Error> {
+        let is_of_one = [
+            ("--path", self.path.is_some()),
+            ("--map", self.map.is_some()),
+            ("--connect", self.connect.is_some()),
+            ("--spawn", self.spawn),
+            ("-", folders.paths().into_iter().flatten().any(is_stdout)),
+        ];
+        match is_of_one.into_iter().find(|(_, given)| *given) {
+            Some((flag, _)) => Err(Error::ForOneLog { flag, logs }),
+            None if folders.paths().iter().all(Option::is_none) => Err(Error::NoFolder { logs }),
+            None => Ok(()),
+        }
+    }
+
+    fn requested(&self) -> Requested {
+        Requested {
+            recording: self.output.clone(),
+            features: self.features.clone(),
+            trace: self.trace.clone(),
+            path: self.path.clone(),
+            map: self.map.clone(),
+            beside_map: self.map.as_deref().and_then(map_file::beside),
+            arcs: self.arcs.clone(),
             inputs: self
                 .parameters
                 .file()
@@ -123,16 +212,40 @@ impl Args {
             no_recording: self.no_recording || !viewer::IS_BUILT_IN,
             live: self.connect.is_some() || self.spawn,
             ..Requested::default()
-        };
-        let mut outputs = requested.open(&self.log)?;
-        let url = self.connect.or(self.spawn.then(|| DEFAULT_URL.to_owned()));
+        }
+    }
+
+    /// Replays a log, called `name`, and writes its outputs.
+    fn replay(
+        &self,
+        path: &Path,
+        name: &str,
+        config: &Config,
+        requested: Requested,
+        with_progress: bool,
+    ) -> Result<Told, Error> {
+        let mut truth = requested.arcs.is_some().then(RecordedTruth::default);
+        let survey = survey::as_it_is_with(path, config, truth.as_mut())?;
+        let log = &survey.log;
+        if self.strict && !log.losses.is_empty() {
+            return Err(Error::Incomplete {
+                file: log.file.clone(),
+                losses: log.losses.clone(),
+            });
+        }
+        let replay = Replay::new(log, config)?;
+        let setting = replay.setting();
+        let is_partition = requested.makes_folders;
+        let mut outputs = requested.open(path)?;
+        let url = self.connect.clone();
+        let url = url.or(self.spawn.then(|| DEFAULT_URL.to_owned()));
         let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose()?;
 
         let mut lost = None;
-        let named = quoted(&self.log.display().to_string());
+        let named = quoted(&path.display().to_string());
         let named = format!("{named}{}", self.parameters.as_typed());
         let (outcome, source, warned) = {
-            let mut progress = Progress::new(&setting);
+            let mut progress = with_progress.then(|| Progress::new(&setting));
             let file = outputs.recording.as_mut();
             let file = file.map(|out| out as &mut dyn io::Write);
             let mut recording = None;
@@ -140,7 +253,8 @@ impl Args {
                 let overlay = Overlay::default();
                 recording = Some(Recording::new(file, viewer, setting, overlay)?);
             }
-            let mut observers: Vec<&mut dyn Observer> = vec![&mut progress];
+            let progress = progress.as_mut().map(|it| it as &mut dyn Observer);
+            let mut observers: Vec<&mut dyn Observer> = progress.into_iter().collect();
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
             let mut outcome = replay.run(&mut observers)?;
             if !self.no_causes {
@@ -151,7 +265,7 @@ impl Args {
             let found = findings(&Examined {
                 facts: &facts,
                 survey: &survey,
-                attempt: &|config| attempted(&self.log, config),
+                attempt: &|config| attempted(path, config),
             });
             let outcome = facts.replay.outcome.take().unwrap_or_default();
             let serious = to_warn_of(&found);
@@ -183,19 +297,53 @@ impl Args {
         if let Some(out) = &mut outputs.path {
             path_file::write(out, &replay, &outcome).map_err(|source| out.failed(source))?;
         }
+        if let Some(out) = &mut outputs.map {
+            let path = replay.path(&outcome).into_iter();
+            let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();
+            let beside = outputs.beside_map.as_mut();
+            map_file::write(out, beside, &setting, &outcome, &path)
+                .map_err(|source| out.failed(source))?;
+        }
+        if let Some(out) = &mut outputs.arcs {
+            // A truth that is of no use is none; `evaluate` says what is wrong with it.
+            let truth = truth.and_then(|it| Truth::new(&replay, &it, None, AGREEING_RANGE).ok());
+            let table = TableName {
+                drive: name,
+                is_partition,
+            };
+            let target = |arc: &Arc| {
+                let target = truth.as_ref()?.target(arc);
+                Some((target.name(), target.index()))
+            };
+            arc_table::write(&mut *out, table, &setting, &outcome, &target)
+                .map_err(|source| out.failed(source))?;
+        }
         let written = outputs.commit()?;
 
-        show(&report::problems(log, &setting, &outcome), true)?;
-        show(&warned, true)?;
+        let mut problems = report::problems(log, &setting, &outcome) + &warned;
         if let Some(lost) = lost {
-            show(&format!("warning: {lost}; the file has it all\n"), true)?;
+            problems += &format!("warning: {lost}; the file has it all\n");
         }
-        if !self.quiet {
-            let text = report::closing(&setting, &outcome, &named, &written.files);
-            show(&text, written.to_stdout)?;
-        }
-        let whole = setting.source.complete && outcome.tally.echoes > 0;
-        Ok(Exit::of_whole(whole))
+        Ok(Told {
+            closing: report::closing(&setting, &outcome, &named, &written.files),
+            to_stdout: written.to_stdout,
+            summary: Replayed::new(&setting, &outcome, None, problems),
+        })
+    }
+}
+
+/// What is told of a log that was replayed.
+struct Told {
+    summary: Replayed,
+    closing: String,
+    to_stdout: bool,
+}
+
+fn map_file(name: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(name);
+    match MapFormat::of(&file) {
+        Some(_) => Ok(file),
+        None => Err("the name of a map ends in .geojson, .csv, .svg or .pgm".to_owned()),
     }
 }
 

@@ -31,6 +31,7 @@ use crate::tools::simulate::{
   tmam simulate -o rough.mcap --drive --noise 0.003 --diffuse 0.3 --cross-talk 0.05
   tmam simulate -o turned.mcap --drive --noise 0.003 --needs sonar.sonar_04.yaw=93
   tmam simulate -o late.mcap --drive --noise 0.003 --needs input.range_delay=0.1
+  tmam simulate -o hour.mcap --drive --hours 1 --noise 0.003
   tmam simulate -o hall.mcap --world hall.json --waypoints \"0,0 5,0 5,3 0,0\" --sonars 8"
 )]
 pub struct Args {
@@ -56,6 +57,16 @@ pub struct Args {
     /// How often the way-points are driven round, where they end where they begin
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "World")]
     laps: u16,
+
+    /// How long the way-points are driven round, hours
+    #[arg(
+        long,
+        value_name = "H",
+        requires = "drive",
+        conflicts_with = "laps",
+        help_heading = "World"
+    )]
+    hours: Option<f64>,
 
     /// Share of the walls that are rough, 0 to 1: beside the foot of the perpendicular they echo from
     /// their nearest place in the beam
@@ -176,6 +187,10 @@ pub struct Args {
     #[arg(long, value_name = "NAME", help_heading = "Faults")]
     silent: Vec<String>,
 
+    /// Leave out of the log what really was
+    #[arg(long, help_heading = "World")]
+    no_truth: bool,
+
     /// Chooses the noise: equal seeds give equal noise
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Noise")]
     seed: u64,
@@ -210,6 +225,7 @@ impl TryFrom<Args> for Simulation {
                 turn_rate: args.turn_rate.to_radians(),
                 firing_interval: args.firing_interval,
                 odometry_rate: args.odometry_rate,
+                duration: args.hours.map(|hours| 3600.0 * hours),
             })
         } else {
             Motion::Stepwise(Stepwise {
@@ -248,6 +264,7 @@ impl TryFrom<Args> for Simulation {
             untold: Untold::default(),
             late: args.late,
             silent: args.silent,
+            without_truth: args.no_truth,
             seed: args.seed,
         })
     }

@@ -10,7 +10,7 @@ use crate::core::exit::Exit;
 use crate::core::world::World;
 use crate::io::output::{Output, is_stdout, show};
 use crate::io::outputs::refuse_collisions;
-use crate::observe::progress::CellProgress;
+use crate::observe::progress::ReplaysProgress;
 use crate::observe::recording::write_grid;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::sweep::{AxisError, Grid, Plan, Request, SweepError, TruthSource, files, text};
@@ -111,7 +111,7 @@ impl Args {
         for path in [csv_path, output].into_iter().flatten() {
             Output::try_out(path)?;
         }
-        let progress = CellProgress::new(grid.cells());
+        let progress = ReplaysProgress::new(grid.cells(), "cells");
         let plan = Plan {
             log: &self.log,
             config: &config,

@@ -19,6 +19,23 @@ impl Exit {
         if whole { Self::Done } else { Self::Incomplete }
     }
 
+    /// How a run over several ends: 2 stands before 1, 1 before 3, 3 before 0. What could not be read may hide
+    /// anything, a difference is sure, and where there was nothing to look at nothing may be called good.
+    pub fn gravest(exits: impl IntoIterator<Item = Self>) -> Self {
+        let gravest = exits.into_iter().max_by_key(|exit| exit.gravity());
+        gravest.unwrap_or(Self::Incomplete)
+    }
+
+    /// How grave it is beside others.
+    pub fn gravity(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Incomplete => 1,
+            Self::Differs => 2,
+            Self::Unusable => 3,
+        }
+    }
+
     /// The number that scripts see.
     pub fn code(self) -> u8 {
         self as u8

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::io::output::{Output, OutputError, is_stdout};
+use crate::io::output::{Output, OutputError, is_stdout, make_room};
 
 /// Which outputs are asked for.
 #[derive(Debug, Clone, Default)]
@@ -16,6 +16,12 @@ pub struct Requested {
     pub trace: Option<PathBuf>,
     /// The path's file.
     pub path: Option<PathBuf>,
+    /// The map's file.
+    pub map: Option<PathBuf>,
+    /// The file beside it that says what it means.
+    pub beside_map: Option<PathBuf>,
+    /// The file of the table of arcs.
+    pub arcs: Option<PathBuf>,
     /// The evaluation's file.
     pub evaluation: Option<PathBuf>,
     /// What is read besides the log.
@@ -24,6 +30,8 @@ pub struct Requested {
     pub no_recording: bool,
     /// Shown in an open viewer, which is an output as well.
     pub live: bool,
+    /// Folders that are not there are made.
+    pub makes_folders: bool,
 }
 
 /// The outputs of a replay, open.
@@ -37,6 +45,12 @@ pub struct Outputs {
     pub trace: Option<Output>,
     /// For the path.
     pub path: Option<Output>,
+    /// For the map.
+    pub map: Option<Output>,
+    /// For what is beside it.
+    pub beside_map: Option<Output>,
+    /// For the table of arcs.
+    pub arcs: Option<Output>,
     /// For the evaluation.
     pub evaluation: Option<Output>,
 }
@@ -80,22 +94,53 @@ impl Requested {
         }
         let inputs = std::iter::once(log).chain(self.inputs.iter().map(PathBuf::as_path));
         refuse_collisions(&inputs.collect::<Vec<_>>(), &self.paths())?;
+        if self.makes_folders {
+            self.paths()
+                .iter()
+                .flatten()
+                .try_for_each(|path| make_room(path))?;
+        }
         let create = |path: Option<PathBuf>| path.as_deref().map(Output::create).transpose();
         Ok(Outputs {
             recording: create(self.recording)?,
             features: create(self.features)?,
             trace: create(self.trace)?,
             path: create(self.path)?,
+            map: create(self.map)?,
+            beside_map: create(self.beside_map)?,
+            arcs: create(self.arcs)?,
             evaluation: create(self.evaluation)?,
         })
     }
 
-    fn paths(&self) -> [Option<&Path>; 5] {
+    /// Of one drive among several, where folders are requested: files in these that are called as it is. Tables of
+    /// arcs lie in folders by `log=NAME`, which engines read as a column.
+    pub fn of_drive(&self, drive: &str) -> Self {
+        let called = |folder: &Option<PathBuf>, ending: &str| {
+            let folder = folder.as_ref()?;
+            Some(folder.join(format!("{drive}{ending}")))
+        };
+        let partition = format!("log={}", escaped(drive));
+        Self {
+            recording: called(&self.recording, ".rrd"),
+            features: called(&self.features, ".features.json"),
+            trace: called(&self.trace, ".trace.jsonl"),
+            arcs: (self.arcs.as_ref()).map(|folder| folder.join(partition).join("arcs.parquet")),
+            makes_folders: true,
+            ..self.clone()
+        }
+    }
+
+    /// The files that are named.
+    pub fn paths(&self) -> [Option<&Path>; 8] {
         [
             &self.recording,
             &self.features,
             &self.trace,
             &self.path,
+            &self.map,
+            &self.beside_map,
+            &self.arcs,
             &self.evaluation,
         ]
         .map(Option::as_deref)
@@ -134,6 +179,20 @@ fn place(path: &Path) -> PathBuf {
         .unwrap_or_else(|| absolute.clone())
 }
 
+/// A name as the value of a partition: what is neither letter nor digit as `%20`, which engines take back.
+fn escaped(name: &str) -> String {
+    let mut text = String::new();
+    for character in name.chars() {
+        if character.is_ascii() && !character.is_ascii_alphanumeric() && !"-_.~".contains(character)
+        {
+            text.push_str(&format!("%{:02X}", u32::from(character)));
+        } else {
+            text.push(character);
+        }
+    }
+    text
+}
+
 fn named_after(log: &Path, extension: &str) -> PathBuf {
     let mut name = log.file_stem().unwrap_or(log.as_os_str()).to_owned();
     name.push(extension);
@@ -152,6 +211,9 @@ impl Outputs {
             self.features,
             self.trace,
             self.path,
+            self.map,
+            self.beside_map,
+            self.arcs,
             self.evaluation,
         ];
         // All of them are whole before the first takes its name: they appear together or not at all.

@@ -197,6 +197,10 @@ fn told(cause: &Cause, before: &Change, events: &Events, config: &Config) -> Cau
     CauseTold {
         text,
         settings: keys.iter().map(ChangedKey::setting).collect(),
+        sonar: (cause.values.first()).and_then(|one| match one.parameter {
+            Parameter::Sonar(Whose::One(sonar), _) => Some(sonar),
+            _ => None,
+        }),
     }
 }
 

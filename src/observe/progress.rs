@@ -82,20 +82,27 @@ impl Observer for Progress {
     }
 }
 
-/// How many cells of a sweep are done, from any thread.
+/// How many of several replays are done, from any thread.
 #[derive(Debug)]
-pub struct CellProgress(Mutex<(ProgressLine, u64)>);
+pub struct ReplaysProgress {
+    /// What is replayed: `cells`, `logs`.
+    of: &'static str,
+    done: Mutex<(ProgressLine, u64)>,
+}
 
-impl CellProgress {
-    pub fn new(cells: usize) -> Self {
-        Self(Mutex::new((ProgressLine::new(cells as u64), 0)))
+impl ReplaysProgress {
+    pub fn new(replays: usize, of: &'static str) -> Self {
+        Self {
+            of,
+            done: Mutex::new((ProgressLine::new(replays as u64), 0)),
+        }
     }
 
     /// One more is done.
     pub fn tick(&self) {
-        let mut held = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = self.done.lock().unwrap_or_else(PoisonError::into_inner);
         let (line, done) = &mut *held;
         *done += 1;
-        line.tell(*done, &format!("{done} of {} cells", line.whole));
+        line.tell(*done, &format!("{done} of {} {}", line.whole, self.of));
     }
 }

@@ -13,38 +13,38 @@ use crate::core::tmam::triple::{Angles, Sides};
 
 /// One line. SI units and radians; `null` where the arc is not the middle of a triple.
 #[derive(Debug, Serialize)]
-struct TraceRow<'a> {
-    frame: u32,
-    sensor: &'a str,
-    stamp_ns: i64,
-    x: f64,
-    y: f64,
-    yaw: f64,
+pub(super) struct TraceRow<'a> {
+    pub frame: u32,
+    pub sensor: &'a str,
+    pub stamp_ns: i64,
+    pub x: f64,
+    pub y: f64,
+    pub yaw: f64,
     /// The sensor as odometry has it, where poses were corrected.
     #[serde(skip_serializing_if = "Option::is_none")]
-    odometry: Option<[f64; 3]>,
-    range: f64,
-    label: &'static str,
-    reason: Option<&'static str>,
-    theta_c: Option<f64>,
-    theta_i: Option<f64>,
-    theta_c_sigma: Option<f64>,
-    theta_i_sigma: Option<f64>,
-    contact_points: Option<[usize; 2]>,
-    intersection_points: Option<[usize; 2]>,
-    margin: Option<f64>,
-    opinion: Option<&'static str>,
-    chi2_line: Option<f64>,
-    chi2_point: Option<f64>,
-    readings: Option<usize>,
-    wide_opinion: Option<&'static str>,
-    wide_chi2_line: Option<f64>,
-    wide_chi2_point: Option<f64>,
+    pub odometry: Option<[f64; 3]>,
+    pub range: f64,
+    pub label: &'static str,
+    pub reason: Option<&'static str>,
+    pub theta_c: Option<f64>,
+    pub theta_i: Option<f64>,
+    pub theta_c_sigma: Option<f64>,
+    pub theta_i_sigma: Option<f64>,
+    pub contact_points: Option<[usize; 2]>,
+    pub intersection_points: Option<[usize; 2]>,
+    pub margin: Option<f64>,
+    pub opinion: Option<&'static str>,
+    pub chi2_line: Option<f64>,
+    pub chi2_point: Option<f64>,
+    pub readings: Option<usize>,
+    pub wide_opinion: Option<&'static str>,
+    pub wide_chi2_line: Option<f64>,
+    pub wide_chi2_point: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    incidence: Option<f64>,
-    map_opinion: Option<&'static str>,
-    suspect: bool,
-    feature: Option<u32>,
+    pub incidence: Option<f64>,
+    pub map_opinion: Option<&'static str>,
+    pub suspect: bool,
+    pub feature: Option<u32>,
 }
 
 /// Writes a line per arc.
@@ -61,7 +61,12 @@ pub fn write(mut out: impl Write, sonars: &[Sonar], outcome: &Outcome) -> io::Re
     Ok(())
 }
 
-fn row<'a>(report: &ArcReport, sonars: &'a [Sonar], odometry: Option<&Pose2>) -> TraceRow<'a> {
+/// What is told of an arc; `odometry` is the sensor as odometry has it, where poses were corrected.
+pub(super) fn row<'a>(
+    report: &ArcReport,
+    sonars: &'a [Sonar],
+    odometry: Option<&Pose2>,
+) -> TraceRow<'a> {
     let arc = &report.arc;
     let (triple, window) = (report.triple.as_ref(), report.window());
     let points = |of: fn(&Angles) -> Sides| {

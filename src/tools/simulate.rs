@@ -63,6 +63,8 @@ pub struct Simulation {
     pub late: Option<LateStretch>,
     /// Sonars that give no echo, by name.
     pub silent: Vec<String>,
+    /// The log does not say what really was.
+    pub without_truth: bool,
     /// Chooses the noise; equal seeds give equal noise.
     pub seed: u64,
 }
@@ -106,7 +108,9 @@ impl Simulation {
         let mut log = LogWriter::new(output)?;
         let mounted: Vec<_> = told.iter().map(ring::Mount::transform).collect();
         log.static_transforms(START_NS, &mounted)?;
-        log.world(START_NS, &world)?;
+        if !self.without_truth {
+            log.world(START_NS, &world)?;
+        }
 
         let mut listener = Listener::new(self.false_echoes, &world, &self.ring, &mounts, self.seed);
         let mut sonar_noise = NoisySonar::new(self.range_noise, self.seed);
@@ -118,7 +122,7 @@ impl Simulation {
                 Action::Odometry(twist) => {
                     let odom_from_robot = odometry.sample(tick.world_from_robot);
                     log.odometry(stamp_ns, odom_from_robot, twist)?;
-                    if odometry.drifts() {
+                    if odometry.drifts() && !self.without_truth {
                         log.true_pose(&PoseTruth::new(stamp_ns, tick.world_from_robot))?;
                     }
                 }
@@ -130,6 +134,9 @@ impl Simulation {
                     let heard_range = heard.range.filter(|_| !self.silent.contains(&mount.name));
                     let measured = sonar_noise.measure(heard_range, &self.ring);
                     log.range(&self.message(stamp_ns, &mount.name, measured.range))?;
+                    if self.without_truth {
+                        continue;
+                    }
                     let truth =
                         ReadingTruth::new(stamp_ns, &mount.name, heard.echo, measured.outlier);
                     log.truth(&ReadingTruth {

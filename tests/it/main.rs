@@ -10,6 +10,8 @@
 
 mod support;
 
+#[cfg(feature = "parquet")]
+mod arcs;
 mod bad_input;
 mod calibrate;
 mod drift;
@@ -17,11 +19,13 @@ mod encodings;
 mod evaluate;
 mod explain;
 mod faults;
+mod fleet;
 mod floors;
 mod golden;
 mod info;
 #[cfg(feature = "viewer")]
 mod live;
+mod map_file;
 mod noise;
 mod odd_logs;
 mod outputs;

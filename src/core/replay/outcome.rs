@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::stretch::Stretch;
+use crate::core::event::SonarId;
 use crate::core::frames::{Frame, Tally};
 use crate::core::joint::{JointEstimate, OdometryKept};
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
@@ -60,6 +61,9 @@ pub struct CauseTold {
     pub text: String,
     /// The keys that mend it, each as `--set` takes it.
     pub settings: Vec<String>,
+    /// The sonar that it is of; `None` where it is of all of them, or of odometry.
+    #[serde(skip)]
+    pub sonar: Option<SonarId>,
 }
 
 impl Outcome {

@@ -16,6 +16,7 @@
 //! - `source`: bytes of the file, a window at a time; where records begin and end
 //! - `record`: the fields of a record
 //! - `summary`: footer and summary, which are read first, and the index of chunks
+//! - `folder`: the parts of one recording, and folders of drives
 //! - `packed`: files that are compressed as a whole
 //! - `walker`: one record after the other, and where to go on behind a damaged one
 //! - `chunk`: decompression and checksum
@@ -24,6 +25,7 @@
 
 mod channels;
 mod chunk;
+mod folder;
 mod loss;
 mod packed;
 mod record;
@@ -31,6 +33,7 @@ mod source;
 mod summary;
 mod walker;
 
+pub use folder::{drives, is_one_recording, place_of_ending};
 pub use loss::Loss;
 pub use record::{Channel, RawMessage, Schema};
 pub use walker::{OpenError, Unchecked, walk, walk_in};

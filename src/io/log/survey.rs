@@ -17,6 +17,7 @@ use super::read::{file_name, take_mounts_from, unchecked};
 use super::sonars::UNUSED;
 use super::stamps::ClockSet;
 use super::traits::Traits;
+use super::truth::RecordedTruth;
 use crate::core::config::{Config, SonarOverride};
 use crate::core::log::Log;
 
@@ -58,7 +59,7 @@ pub struct Survey {
 /// # Errors
 /// A file that cannot be read or is no MCAP file, and a configuration that is not allowed.
 pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
-    let (gathered, channels, losses, clocks) = look(path, config)?;
+    let (gathered, channels, losses, clocks) = look(path, config, None)?;
     let mending = Mending {
         file: file_name(path),
         config: config.clone(),
@@ -78,7 +79,19 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
 /// # Errors
 /// As [`read`](super::read).
 pub fn as_it_is(path: &Path, config: &Config) -> Result<Survey, LogError> {
-    let (gathered, channels, losses, clocks) = look(path, config)?;
+    as_it_is_with(path, config, None)
+}
+
+/// The same, and the truth that the log carries.
+///
+/// # Errors
+/// As [`read`](super::read).
+pub fn as_it_is_with(
+    path: &Path,
+    config: &Config,
+    truth: Option<&mut RecordedTruth>,
+) -> Result<Survey, LogError> {
+    let (gathered, channels, losses, clocks) = look(path, config, truth)?;
     let finished = assemble(gathered, file_name(path), config, channels, &losses);
     let finished = finished.map_err(|stopped| stopped.into_error(&losses))?;
     Ok(Survey {
@@ -97,7 +110,11 @@ pub fn as_it_is(path: &Path, config: &Config) -> Result<Survey, LogError> {
 /// What a log says, its channels, what is lost of it, and its clocks.
 type Looked = (Gatherer, Vec<ChannelReport>, Vec<Loss>, Vec<ChannelClock>);
 
-fn look(path: &Path, config: &Config) -> Result<Looked, LogError> {
+fn look(
+    path: &Path,
+    config: &Config,
+    mut truth: Option<&mut RecordedTruth>,
+) -> Result<Looked, LogError> {
     let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::new(config);
     take_mounts_from(config, &mut gatherer)?;
@@ -106,6 +123,9 @@ fn look(path: &Path, config: &Config) -> Result<Looked, LogError> {
         let read = channels.read(channel, message);
         let stamp = read.as_ref().and_then(|read| stamp(&read.content));
         clocks.take(channel.id, message.log_time, stamp);
+        if let Some(truth) = &mut truth {
+            truth.take(channel, message);
+        }
         if let Some(read) = read {
             gatherer.take(read, message.log_time);
         }

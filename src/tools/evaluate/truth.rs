@@ -46,6 +46,14 @@ impl Target {
             Self::Other(other) => other.name(),
         }
     }
+
+    /// Which wall or which point of the world, from 0.
+    pub fn index(self) -> Option<usize> {
+        match self {
+            Self::Reflector(Reflector::Line(index) | Reflector::Point(index)) => Some(index),
+            Self::Other(_) => None,
+        }
+    }
 }
 
 /// Why an arc came from no wall or point.

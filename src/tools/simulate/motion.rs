@@ -8,7 +8,7 @@ use super::path::{Path, Segment};
 use super::ring::firing_order;
 
 /// The most readings that a log may hold.
-const MAX_READINGS: usize = 5_000_000;
+const MAX_READINGS: usize = 6_000_000;
 
 /// Slack for a whole number of periods or steps that rounding has made a little short.
 const ROUNDING: f64 = 1e-9;
@@ -143,6 +143,8 @@ pub struct Driving {
     pub firing_interval: f64,
     /// Odometry samples per second.
     pub odometry_rate: f64,
+    /// How long it drives, round and round on a closed path, seconds; none for once along the path.
+    pub duration: Option<f64>,
 }
 
 /// Each of sixteen sonars fires every 12.8 cm, and in the built-in room every turn begins and
@@ -154,6 +156,7 @@ impl Default for Driving {
             turn_rate: std::f64::consts::FRAC_PI_4,
             firing_interval: 0.035,
             odometry_rate: 20.0,
+            duration: None,
         }
     }
 }
@@ -177,10 +180,18 @@ impl Driving {
             self.odometry_rate,
             "above 0 and at most 1000",
         )?;
-        let legs = self.legs(path);
-        let duration: f64 = legs.iter().map(|leg| leg.duration).sum();
+        let mut legs = self.legs(path);
+        let once: f64 = legs.iter().map(|leg| leg.duration).sum();
+        let duration = self.duration.unwrap_or(once);
+        positive("the time to drive in seconds", duration)?;
         limit(duration / self.firing_interval)?;
         limit(duration * self.odometry_rate)?;
+        if duration > once {
+            let laps = libm::ceil(duration / once);
+            let most = f64::from(u16::MAX);
+            require(laps <= most, "the number of laps", laps, "65535 or less")?;
+            legs = self.legs(&path.clone().repeated(laps as u16)?);
+        }
 
         let period = 1.0 / self.odometry_rate;
         let samples = libm::floor(duration / period + ROUNDING) as usize;

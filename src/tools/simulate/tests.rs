@@ -18,6 +18,7 @@ fn room(motion: Motion) -> Simulation {
         untold: Untold::default(),
         late: None,
         silent: Vec::new(),
+        without_truth: false,
         seed: 1,
     }
 }

@@ -157,6 +157,7 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
         untold: Untold::default(),
         late: None,
         silent: Vec::new(),
+        without_truth: false,
         seed,
     };
     let bytes = simulation.write(Cursor::new(Vec::new())).unwrap();

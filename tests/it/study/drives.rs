@@ -139,6 +139,7 @@ impl Case {
             untold: Untold::default(),
             late: None,
             silent: Vec::new(),
+            without_truth: false,
             seed,
         };
         simulation

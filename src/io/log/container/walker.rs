@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read, Seek};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::channels::{Delivery, Visit};
 use super::chunk::{self, Times, Unpacker};
+use super::folder::parts;
 use super::loss::{BEHIND, Loss, Losses, SUMMARY, Why, wider};
 use super::packed::unpacked;
 use super::record::{
@@ -92,24 +93,10 @@ fn walk_folder(
     unchecked: Unchecked,
     visit: &mut Visit<'_>,
 ) -> Result<Vec<Loss>, OpenError> {
-    let mut parts = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let part = entry?.path();
-        if place_of_ending(&part).is_some() && part.is_file() {
-            parts.push(part);
-        }
-    }
-    // One that was unpacked beside its packed one is one part.
-    let unpacked: BTreeSet<PathBuf> = parts
-        .iter()
-        .filter(|part| part.extension().is_some_and(|it| it == "mcap"))
-        .cloned()
-        .collect();
-    parts.retain(|part| unpacked.contains(part) || !unpacked.contains(&part.with_extension("")));
+    let parts = parts(folder)?;
     if parts.is_empty() {
         return Err(OpenError::NoParts);
     }
-    parts.sort_by_cached_key(|part| (number(part), part.clone()));
     let mut channels: Vec<Channel> = Vec::new();
     let mut losses = Vec::new();
     for part in parts {
@@ -138,22 +125,6 @@ fn walk_folder(
         losses.extend(lost?);
     }
     Ok(losses)
-}
-
-/// Where the ending of a log's name begins: `.mcap`, or what `ros2 bag` and others call it once it is packed.
-fn place_of_ending(part: &Path) -> Option<usize> {
-    const ENDINGS: [&str; 4] = [".mcap", ".mcap.zstd", ".mcap.zst", ".mcap.gz"];
-    let name = part.file_name()?.to_string_lossy();
-    let ending = ENDINGS.iter().find(|ending| name.ends_with(**ending))?;
-    name.len().checked_sub(ending.len())
-}
-
-/// The number at the end of a part's name: 10 of `bag_10.mcap`.
-fn number(part: &Path) -> u64 {
-    let name = part.file_name().unwrap_or_default().to_string_lossy();
-    let stem = place_of_ending(part).and_then(|place| name.get(..place));
-    let digits = stem.and_then(|stem| stem.rsplit(|c: char| !c.is_ascii_digit()).next());
-    digits.and_then(|digits| digits.parse().ok()).unwrap_or(0)
 }
 
 /// [`walk`] over anything that can be read from any place.

@@ -36,6 +36,7 @@ fn room() -> Vec<u8> {
         untold: Untold::default(),
         late: None,
         silent: Vec::new(),
+        without_truth: false,
         seed: 4,
     };
     simulation

@@ -52,6 +52,23 @@ fn odometry_brackets_every_shot() {
 }
 
 #[test]
+fn a_closed_path_is_driven_for_as_long_as_asked() {
+    let for_seconds = |duration| Driving {
+        duration: Some(duration),
+        ..Driving::default()
+    };
+    let ticks = for_seconds(250.0).schedule(&Path::room(), 16).unwrap();
+    assert_eq!(ticks.last().unwrap().after_ns, 250_000_000_000);
+    let once = Driving::default().schedule(&Path::room(), 16).unwrap();
+    let begin = once.iter().zip(&ticks).take(3000);
+    assert!(begin.clone().count() == 3000 && begin.clone().all(|(one, other)| one == other));
+    // What does not end where it begins is driven to its end at most.
+    assert!(for_seconds(1.0).schedule(&line(1.0), 3).is_ok());
+    assert!(for_seconds(1e3).schedule(&line(1.0), 3).is_err());
+    assert!(for_seconds(-1.0).schedule(&Path::room(), 3).is_err());
+}
+
+#[test]
 fn a_turn_goes_the_short_way() {
     let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, -1.0), (2.0, -1.0)];
     let path = Path::new(&corners.map(|(x, y)| Vec2::new(x, y))).unwrap();

@@ -1,0 +1,121 @@
+//! What a table says of a log that was replayed, and of one that was held against the truth.
+
+use super::Summary;
+use crate::core::exit::Exit;
+use crate::core::observer::Setting;
+use crate::core::pattern::is_chosen;
+use crate::core::replay::{CauseTold, Outcome};
+use crate::core::statistics::{fraction, seconds, share};
+use crate::tools::sweep::score::{Score, TruthScore};
+use crate::tools::tables::{TableColumn, percent};
+
+/// What came of a replay.
+#[derive(Debug)]
+pub struct Replayed {
+    pub exit: Exit,
+    /// What a person should know of the log.
+    pub problems: String,
+    /// From the first reading to the last.
+    pub seconds: f64,
+    /// Those that were chosen.
+    pub sonars: usize,
+    pub score: Score,
+    /// What is off; `None` where that was not looked for.
+    pub causes: Option<Vec<CauseTold>>,
+}
+
+impl Replayed {
+    /// Of a replay that came to its end.
+    pub fn new(
+        setting: &Setting<'_>,
+        outcome: &Outcome,
+        truth: Option<TruthScore>,
+        problems: String,
+    ) -> Self {
+        let source = setting.source;
+        let asked = &setting.config.input.sonars;
+        let sonars = setting.sonars.iter();
+        Self {
+            exit: Exit::of_whole(source.complete && outcome.tally.echoes > 0),
+            problems,
+            seconds: seconds(source.start_ns, source.end_ns),
+            sonars: sonars.filter(|it| is_chosen(asked, &it.name)).count(),
+            score: Score::new(outcome, truth),
+            causes: outcome.causes.clone(),
+        }
+    }
+
+    /// What the table has of it.
+    pub const COLUMNS: [TableColumn<'static, Self>; 8] = [
+        ("s", &|of| format!("{:.1}", of.seconds)),
+        ("sonars", &|of| of.sonars.to_string()),
+        ("arcs", &|of| of.score.arcs.to_string()),
+        ("labelled\n%", &|of| {
+            percent(share(of.score.labelled(), of.score.arcs))
+        }),
+        ("suspects", &|of| of.score.suspects.to_string()),
+        ("explained\n%", &|of| {
+            percent(share(of.score.explained, of.score.arcs))
+        }),
+        ("map", &|of| (of.score.lines + of.score.points).to_string()),
+        ("what is off", &|of| of.off()),
+    ];
+
+    /// What the table has of it where the truth is known.
+    pub const AGAINST_TRUTH: [TableColumn<'static, Self>; 8] = [
+        ("s", &|of| format!("{:.1}", of.seconds)),
+        ("arcs", &|of| of.score.arcs.to_string()),
+        ("labelled\n%", &|of| {
+            percent(share(of.score.labelled(), of.score.arcs))
+        }),
+        ("wrong\nlabels", &|of| of.truth(|truth| truth.wrong)),
+        ("map", &|of| (of.score.lines + of.score.points).to_string()),
+        ("missed", &|of| of.truth(|truth| truth.missed)),
+        ("spurious", &|of| of.truth(|truth| truth.spurious)),
+        ("twice", &|of| of.truth(|truth| truth.twice)),
+    ];
+
+    fn truth(&self, of: fn(&TruthScore) -> u64) -> String {
+        let truth = self.score.truth.as_ref();
+        truth.map_or_else(|| "-".to_owned(), |truth| of(truth).to_string())
+    }
+
+    /// The keys that mend what is off.
+    fn off(&self) -> String {
+        match self.causes.as_deref() {
+            None => "-".to_owned(),
+            Some([]) => "none found".to_owned(),
+            Some([first, rest @ ..]) => {
+                let settings = first.settings.join(", ");
+                match rest.len() {
+                    0 => settings,
+                    more => format!("{settings} and {more} more"),
+                }
+            }
+        }
+    }
+}
+
+/// Worse is what is wrong with the map and the labels, where the truth is known; else what has more causes, more
+/// suspects, or a map that explains less.
+impl Summary for Replayed {
+    fn exit(&self) -> Exit {
+        self.exit
+    }
+
+    fn badness(&self) -> [f64; 3] {
+        let score = &self.score;
+        if let Some(truth) = &score.truth {
+            let wrong = fraction(truth.wrong, score.labelled());
+            return [truth.map_errors() as f64, wrong, 0.0];
+        }
+        let causes = self.causes.as_ref().map_or(0, Vec::len);
+        let suspects = fraction(score.suspects, score.labelled());
+        let explained = fraction(score.explained, score.arcs);
+        [causes as f64, suspects, -explained]
+    }
+
+    fn problems(&self) -> &str {
+        &self.problems
+    }
+}

@@ -1,0 +1,113 @@
+//! Several logs in one run: one table, one folder of outputs, and none that stops another.
+
+use std::fs;
+
+use crate::support::{Bench, sample};
+
+/// A folder `drives` with small logs: one whole, one in two parts, one packed, one cut off, one that is none.
+fn drives() -> Bench {
+    let bench = Bench::new();
+    fs::create_dir_all(bench.path("drives/split")).unwrap();
+    fs::create_dir_all(bench.path("other")).unwrap();
+    for (name, options) in [
+        ("short", "--steps 20"),
+        ("long", "--steps 40 --noise 0.003"),
+    ] {
+        let made = bench.sh(&format!(
+            "tmam simulate --sonars 8 {options} -o drives/{name}.mcap"
+        ));
+        assert_eq!(made.code, 0, "{}", made.stderr);
+    }
+    let whole = bench.bytes("drives/long.mcap");
+    fs::copy(
+        bench.path("drives/short.mcap"),
+        bench.path("drives/split/split_0.mcap"),
+    )
+    .unwrap();
+    bench.put("drives/split/metadata.yaml", "");
+    bench.put("drives/cut.mcap", &whole[..whole.len() / 2]);
+    bench.put("drives/none.mcap", "no log");
+    fs::copy(sample("room_step.mcap"), bench.path("other/short.mcap")).unwrap();
+    bench
+}
+
+#[test]
+fn one_table_has_the_worst_log_first_and_none_stops_another() {
+    let bench = drives();
+    let run = bench.sh("tmam replay drives --features out --no-causes");
+    assert_eq!(run.code, 2, "{}{}", run.stdout, run.stderr);
+    let rows: Vec<&str> = run.stdout.lines().skip(2).collect();
+    let names: Vec<&str> = rows
+        .iter()
+        .filter_map(|row| row.split_whitespace().next())
+        .collect();
+    assert_eq!(names.first(), Some(&"none"), "{}", run.stdout);
+    assert_eq!(names.get(1), Some(&"cut"), "{}", run.stdout);
+    assert!(
+        names.contains(&"split") && names.len() >= 5,
+        "{}",
+        run.stdout
+    );
+    assert!(run.stderr.contains("none: error: "), "{}", run.stderr);
+    assert!(run.stderr.contains("cut: warning: "), "{}", run.stderr);
+    let expected = ["cut", "long", "short", "split"].map(|name| format!("{name}.features.json"));
+    let mut written: Vec<String> = fs::read_dir(bench.path("out"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    written.sort();
+    assert_eq!(written, expected);
+}
+
+#[test]
+fn outputs_are_those_of_each_log_alone_for_any_number_of_jobs() {
+    let bench = drives();
+    let logs = "drives/long.mcap drives/short.mcap other/short.mcap 'drives/spl*'";
+    for jobs in [1, 3] {
+        let run = bench.sh(&format!(
+            "tmam replay {logs} --jobs {jobs} --features f{jobs} --trace t{jobs} --no-causes"
+        ));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+    let alone = "tmam replay other/short.mcap --features a.json --trace a.jsonl --no-causes";
+    assert_eq!(bench.sh(alone).code, 0);
+    for name in ["long", "drives_short", "other_short", "split"] {
+        for (folder, ending) in [('f', "features.json"), ('t', "trace.jsonl")] {
+            let [one, three] =
+                [1, 3].map(|jobs| bench.bytes(&format!("{folder}{jobs}/{name}.{ending}")));
+            assert!(one == three, "{name}.{ending}");
+        }
+    }
+    assert!(bench.bytes("a.json") == bench.bytes("f1/other_short.features.json"));
+    assert!(bench.bytes("a.jsonl") == bench.bytes("t1/other_short.trace.jsonl"));
+}
+
+#[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
+fn a_folder_takes_recordings_and_features() {
+    let bench = drives();
+    let run = bench.sh("tmam replay drives/short.mcap -o out/");
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for file in ["out/short.rrd", "out/short.features.json"] {
+        assert!(!bench.bytes(file).is_empty());
+    }
+}
+
+#[test]
+fn what_only_one_log_can_have_is_refused_before_any_is_read() {
+    let bench = drives();
+    for (arguments, said) in [
+        ("", "-o FOLDER"),
+        ("--features -", "for one log, and 2 are given"),
+        ("--path p.tum", "--path is for one log"),
+    ] {
+        let run = bench.sh(&format!(
+            "tmam replay drives/long.mcap drives/short.mcap {arguments}"
+        ));
+        assert_eq!(run.code, 2);
+        assert!(run.stderr.contains(said), "{}", run.stderr);
+    }
+    let none = bench.sh("tmam replay 'nowhere/*.mcap' -o out");
+    assert_eq!(none.code, 2);
+    assert!(none.stderr.contains("fits no file"), "{}", none.stderr);
+}
