@@ -23,8 +23,8 @@ ROOM = "--drive --odometry-rate 10"
 DRIVES = {
     "r1-week46": "--noise 0.003 --seed 1",
     "r2-week46": "--noise 0.003 --seed 2",
-    "r1-week47": "--noise 0.006 --seed 3 --needs sonar.sonar_04.yaw=94",
-    "r2-week47": "--noise 0.003 --seed 4 --needs input.range_delay=0.1",
+    "r1-week47": "--noise 0.005 --seed 7 --needs sonar.sonar_04.yaw=98",
+    "r2-week47": "--noise 0.003 --seed 4 --needs input.range_delay=0.2",
 }
 
 
@@ -50,7 +50,7 @@ def main(tmam, *options):
         for block in re.findall(r"```python\n(.*?)```", page, re.S):
             exec(block, {})
         # As other engines read it.
-        rows = duckdb.sql("SELECT count(*) FROM 'arcs/*/*.parquet'").fetchone()[0]
+        rows = duckdb.sql("SELECT count(*) FROM 'arcs/*/*.parquet'").fetchall()[0][0]
         context = datafusion.SessionContext()
         context.register_parquet("arcs", "arcs", table_partition_cols=[("log", "string")])
         counted = context.sql("SELECT count(*), count(DISTINCT log) FROM arcs").to_pydict()

@@ -38,6 +38,9 @@ pub struct Args {
     /// Print only the keys that the configuration lacks, as TOML
     #[arg(long, conflicts_with = "json")]
     skeleton: bool,
+    /// Do not look for what is off: mounts, beams, clocks, scales
+    #[arg(long, conflicts_with = "skeleton")]
+    no_causes: bool,
     /// How many logs to look into at a time [default: one per processor]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
@@ -56,7 +59,7 @@ impl Args {
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
-        let info = info(log, config)?;
+        let info = self.info(log, config)?;
         if self.json {
             Output::whole(Path::new("-"), |out| info.write(out))?;
         } else if self.skeleton {
@@ -76,7 +79,7 @@ impl Args {
         }
         let progress = ReplaysProgress::new(drives.len(), "logs");
         let fleet = Fleet::run(drives, self.jobs, |drive| {
-            let info = info(&drive.path, config);
+            let info = self.info(&drive.path, config);
             progress.tick();
             Ok(info?)
         })?;
@@ -92,9 +95,13 @@ impl Args {
         }
         Ok(fleet.exit())
     }
-}
 
-fn info(log: &Path, config: &Config) -> Result<Info, Error> {
-    let survey = survey(log, config)?;
-    Ok(Info::new(&survey, &|config| attempted(log, config)))
+    fn info(&self, log: &Path, config: &Config) -> Result<Info, Error> {
+        let survey = survey(log, config)?;
+        let mut info = Info::new(&survey, &|config| attempted(log, config));
+        if !self.no_causes && !self.skeleton {
+            info.look_for_causes(&survey);
+        }
+        Ok(info)
+    }
 }

@@ -5,6 +5,7 @@
 //! beam says: at which bearings it hears what is there, and at which it does not: [`bearings`]. What is likely is tried by [`search`].
 
 mod bearings;
+mod borne_out;
 pub mod candidate;
 pub mod change;
 mod far_off;

@@ -53,7 +53,7 @@ pub enum Return {
     Echo,
     /// Nothing echoed within `max_range`.
     NoEcho,
-    /// The value means nothing: NaN, minus infinity, or closer than `min_range`.
+    /// The value means nothing: NaN, negative, or closer than `min_range`.
     Invalid,
 }
 
@@ -63,13 +63,15 @@ pub fn name_of(sonars: &[Sonar], id: SonarId) -> &str {
 }
 
 impl RangeReading {
-    /// Echo, no echo or neither: an echo is finite and `min_range <= range < max_range`.
+    /// Echo, no echo or neither: an echo is finite and `min_range <= range < max_range`, and no limit makes a
+    /// negative range one.
     pub fn classify(&self) -> Return {
         if ties::at_least(self.range, self.max_range, ties::RANGE) || self.range == f64::INFINITY {
             Return::NoEcho
         } else if ties::at_least(self.range, self.min_range, ties::RANGE)
             && self.range < self.max_range
             && self.range.is_finite()
+            && self.range >= 0.0
         {
             Return::Echo
         } else {
@@ -154,6 +156,15 @@ mod tests {
         ] {
             assert_eq!(reading(range).classify(), expected, "{range}");
         }
+    }
+
+    #[test]
+    fn a_negative_range_is_no_echo_whatever_the_limits() {
+        let negative = RangeReading {
+            min_range: -1.0,
+            ..reading(-0.5)
+        };
+        assert_eq!(negative.classify(), Return::Invalid);
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod axes;
 mod clocks;
 mod coarse_ranges;
 mod dead;
+mod degrees;
 mod distances;
 pub mod examined;
 pub mod facts;
@@ -44,7 +45,7 @@ use finding::{Finding, Weight};
 type Check = fn(&Examined<'_>) -> Vec<Finding>;
 
 /// In the order in which findings of one weight are told.
-const CHECKS: [Check; 26] = [
+const CHECKS: [Check; 27] = [
     |of| unread::check(of.facts),
     |of| obstacles::findings(of.facts, &of.survey.obstacles),
     |of| losses::check(of.facts).into_iter().collect(),
@@ -60,6 +61,7 @@ const CHECKS: [Check; 26] = [
     distances::check,
     stand_in::check,
     infrared::check,
+    degrees::check,
     |of| of_odometry(of, still::check),
     |of| of_odometry(of, uncovered::check),
     |of| of_odometry(of, uncovered::gaps),

@@ -11,7 +11,9 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::core::replay::{CauseTold, Replay};
 use crate::io::log::survey::Survey;
+use crate::observe::causes;
 use crate::tools::document;
 use crate::tools::findings::examined::Examined;
 use crate::tools::findings::facts::Facts;
@@ -26,6 +28,8 @@ pub struct Info {
     pub facts: Facts,
     /// The weightiest first.
     pub findings: Vec<Finding>,
+    /// What is off, the weightiest first; `None` where it was not looked for.
+    pub causes: Option<Vec<CauseTold>>,
     /// What the configuration lacks.
     pub skeleton: Option<String>,
 }
@@ -43,6 +47,18 @@ impl Info {
             skeleton: skeleton::skeleton(&facts, &survey.obstacles),
             findings,
             facts,
+            causes: None,
+        }
+    }
+
+    /// Looks for what is off, where the log can be replayed as it is.
+    pub fn look_for_causes(&mut self, survey: &Survey) {
+        let trial = &self.facts.replay;
+        let replay = Replay::new(&survey.log, &trial.config);
+        if let (Replayable::Yes, Some(outcome), Ok(replay)) =
+            (trial.possible, &trial.outcome, replay)
+        {
+            self.causes = causes::look_for(&replay, outcome);
         }
     }
 

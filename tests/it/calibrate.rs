@@ -45,6 +45,12 @@ fn a_sonar_that_is_turned_is_told_and_the_line_that_mends_it_does() {
     let cause = bench.json("f.json")["causes"][0].clone();
     let setting = format!("sonar.sonar_06.yaw={yaw}");
     assert_eq!(cause["settings"], serde_json::json!([setting]));
+    let info = bench.tmam(&log, &format!("info {{}} {turned}"));
+    assert!(
+        ok(&info).contains("sonar_06 is turned by +"),
+        "{}",
+        info.stdout
+    );
     // And is content with what was written.
     let run = bench.tmam(&log, "replay {} --config tmam.toml --features f.json");
     assert!(

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 /// What `--json` says, and the exit code.
 fn told(bench: &Bench, log: &Path, arguments: &str) -> (Value, i32) {
-    let run = bench.tmam(log, &format!("info {{}} --json {arguments}"));
+    let run = bench.tmam(log, &format!("info {{}} --json --no-causes {arguments}"));
     assert_eq!(run.stderr, "");
     (serde_json::from_str(&run.stdout).unwrap(), run.code)
 }

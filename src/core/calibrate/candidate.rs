@@ -1,6 +1,7 @@
 //! What may be off, by what the ranges and the beams of a replay say: to be tried.
 
 use super::bearings::{Beam, trials};
+use super::borne_out;
 use super::parameter::{Parameter, Quantity, Whose};
 use super::ranges::{self, RangeEstimate};
 use super::seen::Scene;
@@ -45,6 +46,7 @@ pub struct Estimates {
     pub beams: Vec<Beam>,
     /// How long the log is, seconds.
     pub seconds: f64,
+    scene: Scene,
 }
 
 impl Estimates {
@@ -65,6 +67,7 @@ impl Estimates {
                 .collect(),
             ranges: ranges::estimate(&scene, replay, outcome),
             seconds: source.end_ns.saturating_sub(source.start_ns) as f64 * 1e-9,
+            scene,
         }
     }
 
@@ -139,10 +142,40 @@ impl Estimates {
         let groups = self.groups().into_iter();
         let mut candidates: Vec<Candidate> = groups
             .filter_map(|group| self.of(&group))
+            .map(|candidate| self.borne_out(candidate))
             .filter(|candidate| candidate.is_clear(self.seconds))
             .collect();
         candidates.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
         candidates
+    }
+
+    /// What the same sonar may be off instead, where the ranges tell it.
+    pub fn siblings(&self, group: &[Parameter]) -> Vec<Candidate> {
+        let [Parameter::Sonar(Whose::One(sonar), first), ..] = group else {
+            return Vec::new();
+        };
+        if matches!(first, Quantity::Yaw | Quantity::BeamWidth) {
+            return Vec::new();
+        }
+        let of = |quantity| Parameter::Sonar(Whose::One(*sonar), quantity);
+        let all = [
+            vec![of(Quantity::X), of(Quantity::Y)],
+            vec![of(Quantity::RangeScale)],
+            vec![of(Quantity::RangeOffset)],
+        ];
+        let others = all.iter().filter(|other| *other != group);
+        others.filter_map(|other| self.of(other)).collect()
+    }
+
+    /// A candidate that gains no more than the readings are nearer to the map with it.
+    fn borne_out(&self, candidate: Candidate) -> Candidate {
+        let values = candidate.values.iter();
+        let values = values.map(|one| (one.parameter, one.value));
+        let gain = borne_out::gain(&self.scene, values);
+        Candidate {
+            gain: gain.map_or(candidate.gain, |gain| gain.min(candidate.gain)),
+            ..candidate
+        }
     }
 }
 
@@ -169,6 +202,11 @@ impl Candidate {
             && self.values.iter().all(|one| one.value.abs() < one.most())
     }
 
+    /// Its parameters.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        self.values.iter().map(|one| one.parameter).collect()
+    }
+
     /// Whose it is, and whether the beams say so.
     pub fn origin(&self) -> Option<(Parameter, bool)> {
         let first = self.values.first()?.parameter;
@@ -188,6 +226,11 @@ impl Candidate {
 }
 
 impl Estimated {
+    /// Whether it is off by more than its uncertainty.
+    pub fn is_sure(&self) -> bool {
+        self.value.abs() > CLEAR * self.deviation
+    }
+
     /// What matters: less moves no feature by more than a centimetre or so.
     pub fn least(&self, seconds: f64) -> f64 {
         match self.parameter {

@@ -39,16 +39,16 @@ const ANYWHERE: f64 = 100.0;
 
 /// How far a range may be off its feature, in turn, metres; in the end only by the noise.
 const GATES: [f64; 5] = [0.15, 0.10, 0.05, 0.02, 0.0];
-const SIGMAS: f64 = 3.5;
+pub const SIGMAS: f64 = 3.5;
 
 /// What maps are off by beside the noise, metres.
-const OF_MAP: f64 = 0.001;
+pub const OF_MAP: f64 = 0.001;
 
 /// A bearing may be so far outside of the beam, radians: mounts are turned.
-const BESIDE_BEAM: f64 = 0.2;
+pub const BESIDE_BEAM: f64 = 0.2;
 
 /// How far beyond a line's ends its foot may be, metres.
-const BEYOND_END: f64 = 0.05;
+pub const BEYOND_END: f64 = 0.05;
 
 /// Features with fewer readings of other sonars are a sonar's own.
 const OF_OTHERS: usize = 3;

@@ -4,9 +4,10 @@
 use super::candidate::{Candidate, Estimated, Estimates, are_clear};
 use super::change::Change;
 use super::far_off::{TRIALS, far_off};
-use super::parameter::Parameter;
+use super::parameter::{Parameter, Whose};
 use crate::core::bits::Bits;
 use crate::core::config::{Config, Poses};
+use crate::core::event::OdometrySample;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay};
 use crate::core::tmam::feature::{Kind, Status};
@@ -20,10 +21,14 @@ const REFINED: usize = 2;
 /// What a cause must gain, bits altogether, and per parameter.
 const LEAST_GAIN: f64 = 25.0;
 const OF_PARAMETER: f64 = 8.0;
-/// The same where poses are estimated, bits an arc: a path that settles otherwise gains up to 0.35 by chance.
+/// The same of what all sonars share, bits an arc: it moves every reading a little, and some fit better by chance.
+const LEAST_GAIN_OF_ALL: f64 = 0.04;
+/// The same where poses are estimated: a path that settles otherwise gains up to 0.35 by chance.
 const LEAST_GAIN_OF_A_PATH: f64 = 0.4;
 /// A candidate with such a share of the gain of the best explains the log as well.
 const AS_WELL: f64 = 0.9;
+/// A value of which the log wants such a share back is none.
+const TAKEN_BACK: f64 = 0.5;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
 const RIVAL: f64 = 0.6;
 
@@ -99,8 +104,20 @@ struct Tried {
     change: Change,
     standing: Standing,
     estimates: Estimates,
-    /// Whether poses were estimated.
-    is_joint: bool,
+    /// The corrected path, where poses were estimated.
+    path: Option<Vec<OdometrySample>>,
+}
+
+/// What changes are tried on.
+struct Ground {
+    log: Log,
+    config: Config,
+    /// What is changed of it first.
+    base: Change,
+    /// How well it stands then.
+    standing: Standing,
+    /// Whether its path is given, and cannot settle otherwise.
+    is_held: bool,
 }
 
 struct Searcher<'a> {
@@ -137,6 +154,22 @@ impl Standing {
     }
 }
 
+/// The samples of odometry at the poses of a corrected path.
+fn corrected(replay: &Replay<'_>, outcome: &Outcome) -> Option<Vec<OdometrySample>> {
+    let path = &outcome.joint()?.path;
+    let samples = replay.log().events.odometry.iter();
+    let corrected = samples.map(|sample| OdometrySample {
+        world_from_robot: path.correct(sample.stamp_ns, &sample.world_from_robot),
+        ..*sample
+    });
+    Some(corrected.collect())
+}
+
+fn is_of_one_sonar(group: &[Parameter]) -> bool {
+    let is_one = |parameter: &Parameter| matches!(parameter, Parameter::Sonar(Whose::One(_), _));
+    group.iter().all(is_one)
+}
+
 /// Looks for what is off. `replay` and `outcome` are those of the log as configured.
 pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search {
     let mut searcher = Searcher {
@@ -152,7 +185,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
         change: Change::default(),
         standing: first,
         estimates: Estimates::new(replay, outcome),
-        is_joint: outcome.joint().is_some(),
+        path: corrected(replay, outcome),
     };
     let mut causes = Vec::new();
     while causes.len() < MOST_CAUSES {
@@ -182,38 +215,61 @@ impl Searcher<'_> {
         self.replays >= self.effort.replays || self.work > self.effort.arcs
     }
 
-    /// Replays the log with a change.
-    fn replayed(&mut self, change: Change) -> Option<Tried> {
-        if self.is_spent() {
-            return None;
+    /// The log as it is now.
+    fn ground(&self, now: &Tried) -> Ground {
+        Ground {
+            log: self.log.clone(),
+            config: self.config.clone(),
+            base: now.change.clone(),
+            standing: now.standing,
+            is_held: false,
         }
-        self.replays += 1;
-        self.with(&change, |replay, outcome| Tried {
-            change: change.clone(),
-            standing: Standing::of(outcome),
-            estimates: Estimates::new(replay, outcome),
-            is_joint: outcome.joint().is_some(),
-        })
     }
 
-    /// How well a replay with a change stands.
-    fn standing(&mut self, change: &Change) -> Option<Standing> {
-        self.with(change, |_, outcome| Standing::of(outcome))
+    /// The log as it is now, at the poses of its corrected path; `None` where there is none.
+    fn held(&mut self, now: &Tried) -> Option<Ground> {
+        let path = now.path.as_ref()?;
+        let mut held = self.ground(now);
+        held.base.apply(&mut held.log.events);
+        held.base.apply_clocks(&mut held.config);
+        held.base = Change::default();
+        held.log.events.odometry.clone_from(path);
+        held.config.poses = Poses::Odometry;
+        held.is_held = true;
+        held.standing = self.replayed(&held, &held.base, |_, outcome| Standing::of(outcome))?;
+        Some(held)
     }
 
-    fn with<T>(
+    /// Replays the log with a change.
+    fn replayed<T>(
         &mut self,
+        ground: &Ground,
         change: &Change,
         of: impl FnOnce(&Replay<'_>, &Outcome) -> T,
     ) -> Option<T> {
-        let mut log = self.log.clone();
+        let mut log = ground.log.clone();
+        let mut config = ground.config.clone();
+        let change = ground.base.and(change);
         change.apply(&mut log.events);
-        let mut config = self.config.clone();
         change.apply_clocks(&mut config);
         let replay = Replay::new(&log, &config).ok()?;
         let outcome = replay.run(&mut []).ok()?;
         self.work += Bits::of(&outcome).arcs;
         Some(of(&replay, &outcome))
+    }
+
+    /// The same, as far as it is allowed.
+    fn tried(&mut self, now: &Tried, ground: &Ground, change: &Change) -> Option<Tried> {
+        if self.is_spent() {
+            return None;
+        }
+        self.replays += 1;
+        self.replayed(ground, change, |replay, outcome| Tried {
+            change: now.change.and(change),
+            standing: Standing::of(outcome),
+            estimates: Estimates::new(replay, outcome),
+            path: corrected(replay, outcome),
+        })
     }
 
     /// What may be off, the likeliest first. Poses that were estimated have taken a part of what is off for
@@ -222,13 +278,13 @@ impl Searcher<'_> {
         let mut both = self.far_off(now);
         let first = now.estimates.candidates();
         let share = now.standing.bits.explained_share();
-        if !now.is_joint || share.is_some_and(|share| share > WELL) {
+        if now.path.is_none() || share.is_some_and(|share| share > WELL) {
             both.extend(first);
             return both;
         }
-        let poses = std::mem::replace(&mut self.config.poses, Poses::Odometry);
-        let by_odometry = self.replayed(now.change.clone());
-        self.config.poses = poses;
+        let mut by_odometry = self.ground(now);
+        by_odometry.config.poses = Poses::Odometry;
+        let by_odometry = self.tried(now, &by_odometry, &Change::default());
         let mut second = by_odometry.map_or_else(Vec::new, |tried| tried.estimates.candidates());
         second.reverse();
         for candidate in first {
@@ -250,32 +306,24 @@ impl Searcher<'_> {
             self.is_cut_short = true;
             return Vec::new();
         }
-        let poses = std::mem::replace(&mut self.config.poses, Poses::Odometry);
-        let mut found = Vec::new();
-        if let Some(before) = self.standing(&now.change) {
-            found = far_off(&mut |parameter, value| {
-                let mut change = now.change.clone();
-                change.add(parameter, value);
-                Some(self.standing(&change)?.gain_over(&before))
-            });
-        }
-        self.config.poses = poses;
-        found
+        let mut ground = self.ground(now);
+        ground.config.poses = Poses::Odometry;
+        let mut standing =
+            |change: &Change| self.replayed(&ground, change, |_, outcome| Standing::of(outcome));
+        let Some(before) = standing(&Change::default()) else {
+            return Vec::new();
+        };
+        far_off(&mut |parameter, value| {
+            let mut change = Change::default();
+            change.add(parameter, value);
+            Some(standing(&change)?.gain_over(&before))
+        })
     }
 
     /// The candidate that gains most, as far as one gains enough.
     fn best(&mut self, now: &Tried, candidates: &[Candidate]) -> Option<(Cause, Tried)> {
-        // Odometry's own poses may drift, and what fits them then fits by chance, too.
-        let may_drift = self.config.poses == Poses::Odometry;
-        let least = |group: &[Parameter], found: &Tried| {
-            let of_path = LEAST_GAIN_OF_A_PATH * now.standing.bits.arcs as f64;
-            let of_path = if may_drift || now.is_joint || found.is_joint {
-                of_path
-            } else {
-                0.0
-            };
-            of_path.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64)
-        };
+        let as_it_is = self.ground(now);
+        let mut held = None;
         let mut tried: Vec<(Vec<Parameter>, Tried, f64)> = Vec::new();
         let mut worth: Option<f64> = None;
         let mut failed = Vec::new();
@@ -288,7 +336,7 @@ impl Searcher<'_> {
             {
                 continue;
             }
-            let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
+            let group = candidate.parameters();
             if tried.iter().any(|(done, ..)| *done == group) {
                 continue;
             }
@@ -296,11 +344,19 @@ impl Searcher<'_> {
                 break;
             }
             trials += 1;
-            let Some((found, gain)) = self.settled(now, candidate) else {
+            // What one sonar is off hardly moves the path.
+            if now.path.is_some() && is_of_one_sonar(&group) {
+                held = held.or_else(|| self.held(now));
+            }
+            let at = held.as_ref().filter(|_| is_of_one_sonar(&group));
+            let Some((found, gain)) = self.settled(now, at.unwrap_or(&as_it_is), candidate) else {
                 continue;
             };
             let values = found.values(&group, now);
-            if gain > least(&group, &found) && are_clear(&values, found.estimates.seconds) {
+            if gain > self.least(&group, at, [now, &found])
+                && are_clear(&values, found.estimates.seconds)
+                && found.bears_out(&values)
+            {
                 worth = worth.or(Some(candidate.worth()));
                 tried.push((group, found, gain));
             } else {
@@ -312,13 +368,31 @@ impl Searcher<'_> {
         tried.retain(|(_, _, gain)| *gain > AS_WELL * most);
         let mut tried = tried.into_iter();
         let (group, best, _) = tried.next()?;
-        let values = |group: &[Parameter], tried: &Tried| tried.values(group, now);
-        let rivals = tried
-            .map(|(group, tried, _)| values(&group, &tried))
+        let mut rivals: Vec<Vec<Estimated>> = tried
+            .map(|(group, tried, _)| tried.values(&group, now))
             .collect();
+        // Nor need what the same sonar may be off instead be clear by itself.
+        for candidate in now.estimates.siblings(&group) {
+            let other = candidate.parameters();
+            let is_told = rivals.iter().any(|rival| {
+                rival
+                    .iter()
+                    .map(|one| one.parameter)
+                    .eq(other.iter().copied())
+            });
+            if is_told {
+                continue;
+            }
+            let ground = held.as_ref().unwrap_or(&as_it_is);
+            if let Some((found, gain)) = self.settled(now, ground, &candidate)
+                && gain > AS_WELL * most
+            {
+                rivals.push(found.values(&other, now));
+            }
+        }
         Some((
             Cause {
-                values: values(&group, &best),
+                values: best.values(&group, now),
                 standings: [now.standing, best.standing],
                 rivals,
             },
@@ -326,17 +400,42 @@ impl Searcher<'_> {
         ))
     }
 
-    /// A candidate, estimated anew as long as that gains.
-    fn settled(&mut self, now: &Tried, candidate: &Candidate) -> Option<(Tried, f64)> {
-        let with = |change: &Change, values: &[Estimated]| {
-            let mut change = change.clone();
-            values
-                .iter()
-                .for_each(|one| change.add(one.parameter, one.value));
-            change
+    /// What a cause must gain, bits.
+    fn least(&self, group: &[Parameter], held: Option<&Ground>, both: [&Tried; 2]) -> f64 {
+        let [now, found] = both;
+        // Odometry's own poses may drift, and what fits them then fits by chance, too.
+        let may_drift =
+            self.config.poses == Poses::Odometry || now.path.is_some() || found.path.is_some();
+        let of_arc = if held.is_some() {
+            0.0
+        } else if may_drift {
+            LEAST_GAIN_OF_A_PATH
+        } else if is_of_one_sonar(group) {
+            0.0
+        } else {
+            LEAST_GAIN_OF_ALL
         };
-        let mut best = self.replayed(with(&now.change, &candidate.values))?;
-        let group: Vec<Parameter> = candidate.values.iter().map(|one| one.parameter).collect();
+        let of_arcs = of_arc * now.standing.bits.arcs as f64;
+        of_arcs.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64)
+    }
+
+    /// A candidate, estimated anew as long as that gains, and the gain. What gains at a held path must do so where
+    /// the path is estimated, too.
+    fn settled(
+        &mut self,
+        now: &Tried,
+        ground: &Ground,
+        candidate: &Candidate,
+    ) -> Option<(Tried, f64)> {
+        let mut change = Change::default();
+        let add = |change: &mut Change, values: &[Estimated]| {
+            for one in values {
+                change.add(one.parameter, one.value);
+            }
+        };
+        add(&mut change, &candidate.values);
+        let mut best = self.tried(now, ground, &change)?;
+        let group = candidate.parameters();
         for _ in 0..REFINED {
             let Some(more) = best.estimates.of(&group) else {
                 break;
@@ -348,20 +447,40 @@ impl Searcher<'_> {
             {
                 break;
             }
-            let Some(found) = self.replayed(with(&best.change, &more.values)) else {
+            let mut further = change.clone();
+            add(&mut further, &more.values);
+            let Some(found) = self.tried(now, ground, &further) else {
                 break;
             };
             if found.standing.gain_over(&best.standing) <= 0.0 {
                 break;
             }
-            best = found;
+            (best, change) = (found, further);
         }
-        let gain = best.standing.gain_over(&now.standing);
-        Some((best, gain))
+        let gain = best.standing.gain_over(&ground.standing);
+        if !ground.is_held || gain <= LEAST_GAIN {
+            return Some((best, gain));
+        }
+        let found = self.tried(now, &self.ground(now), &change)?;
+        (found.standing.gain_over(&now.standing) > 0.0).then_some((found, gain))
     }
 }
 
 impl Tried {
+    /// Whether the log, with values applied, does not ask to take them back.
+    fn bears_out(&self, values: &[Estimated]) -> bool {
+        let group: Vec<Parameter> = values.iter().map(|one| one.parameter).collect();
+        let Some(more) = self.estimates.of(&group) else {
+            return true;
+        };
+        let is_taken_back = |(one, more): (&Estimated, &Estimated)| {
+            more.value.abs() > TAKEN_BACK * one.value.abs()
+                && more.value * one.value < 0.0
+                && more.is_sure()
+        };
+        !values.iter().zip(&more.values).any(is_taken_back)
+    }
+
     /// What was changed of some parameters since `before`, with what the log says now of how sure that is.
     fn values(&self, group: &[Parameter], before: &Self) -> Vec<Estimated> {
         let now = self.estimates.of(group);

@@ -54,7 +54,7 @@ pub struct Expected {
 }
 
 /// All of it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scene {
     /// By frame and sonar.
     pub pings: Vec<Ping>,

@@ -178,6 +178,7 @@ impl Gatherer {
         source.turned |= source.frame_from_beam != range.frame_from_beam;
         source.readings += 1;
         source.infrared |= range.infrared;
+        source.in_degrees |= range.in_degrees;
         source.learn(range.beam_width, range.likely_beam_width);
         // The beams of a ring share their message's stamp.
         if range.element.is_none_or(|element| element == 0) {

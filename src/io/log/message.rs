@@ -104,6 +104,8 @@ pub struct RangeMessage {
     pub variance: f64,
     /// Whether the message says that it measures with light.
     pub infrared: bool,
+    /// Whether the angles of its scan were in degrees.
+    pub in_degrees: bool,
 }
 
 impl RangeMessage {
@@ -122,6 +124,7 @@ impl RangeMessage {
             likely_beam_width: 0.0,
             variance: 0.0,
             infrared: false,
+            in_degrees: false,
         }
     }
 }

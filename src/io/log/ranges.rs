@@ -1,5 +1,6 @@
 //! Messages that hold ranges: one sonar's, or those of a ring; and point clouds, where the beams of a ring ended.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -100,12 +101,26 @@ struct Scan {
     ranges: Vec<f64>,
 }
 
+/// A scan of more than a turn, radians, is one in degrees.
+const MORE_THAN_A_TURN: f64 = 1.1 * TAU;
+
 impl Scan {
-    fn content(&self) -> Content {
-        match self.ranges.len() {
-            count if count > MOST_SONARS => Content::Crowd(count),
-            _ => Content::Ranges(self.beams()),
+    fn content(mut self) -> Content {
+        if self.ranges.len() > MOST_SONARS {
+            return Content::Crowd(self.ranges.len());
         }
+        let in_degrees = (self.end - self.start).abs() > MORE_THAN_A_TURN;
+        if in_degrees {
+            let angles = [&mut self.start, &mut self.end, &mut self.increment];
+            angles
+                .into_iter()
+                .for_each(|angle| *angle = angle.to_radians());
+        }
+        let mut beams = self.beams();
+        beams
+            .iter_mut()
+            .for_each(|beam| beam.in_degrees = in_degrees);
+        Content::Ranges(beams)
     }
 
     fn beams(&self) -> Vec<RangeMessage> {
@@ -280,6 +295,25 @@ mod tests {
         assert_eq!(beams[0].element, None);
         assert!((bearing(&beams[0]) - 0.7).abs() < 1e-12);
         assert!((beams[0].beam_width - 0.6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_scan_of_many_turns_is_one_in_degrees() {
+        let degrees = SCAN
+            .replace(
+                "\"angle_min\":-1,\"angle_max\":1",
+                "\"angle_min\":-60,\"angle_max\":60",
+            )
+            .replace("\"angle_increment\":0.5", "\"angle_increment\":30");
+        let of_degrees = beams(ROS, &degrees);
+        assert!(of_degrees.iter().all(|beam| beam.in_degrees));
+        assert!((bearing(&of_degrees[3]) - 30.0_f64.to_radians()).abs() < 1e-12);
+        assert!((of_degrees[0].likely_beam_width - 30.0_f64.to_radians()).abs() < 1e-12);
+        let whole_turn = SCAN.replace(
+            "\"angle_min\":-1,\"angle_max\":1",
+            "\"angle_min\":0,\"angle_max\":6.29",
+        );
+        assert!(beams(ROS, &whole_turn).iter().all(|beam| !beam.in_degrees));
     }
 
     #[test]

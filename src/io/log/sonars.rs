@@ -47,6 +47,8 @@ pub struct Source {
     pub readings: u64,
     /// Whether its messages say that it measures with light.
     pub infrared: bool,
+    /// Whether the angles of its scans were in degrees.
+    pub in_degrees: bool,
 }
 
 impl Source {
@@ -61,6 +63,7 @@ impl Source {
             clock: Clock::default(),
             readings: 0,
             infrared: false,
+            in_degrees: false,
         }
     }
 
@@ -248,6 +251,7 @@ impl Placing<'_> {
         MountTraits {
             frame: frame.to_owned(),
             infrared: sonar.source.infrared,
+            in_degrees: sonar.source.in_degrees,
             moved: mount.moved,
             is_optical: down.is_some_and(|z| z < -0.9),
             carrier: carrier.filter(|top| *top != robot_frame).map(str::to_owned),

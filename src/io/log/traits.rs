@@ -22,6 +22,8 @@ pub struct MountTraits {
     pub frame: String,
     /// Whether its messages say that it measures with light.
     pub infrared: bool,
+    /// Whether the angles of its scans were in degrees.
+    pub in_degrees: bool,
     /// Whether transforms on the way to it move.
     pub moved: bool,
     /// Whether its frame has y pointing down, as the frames of cameras have.

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use comfy_table::{ColumnConstraint, Width};
+use comfy_table::{ColumnConstraint, Table, Width};
 
 use super::Info;
 use crate::core::legible::{legible, one_line, shortened};
+use crate::core::replay::CauseTold;
 use crate::core::rounding::fixed;
 use crate::core::statistics::{fraction, median, seconds};
 use crate::core::wording::counted;
+use crate::observe::causes::LOOKED_AT;
 use crate::tools::findings::facts::{ChannelFacts, Facts};
 use crate::tools::findings::finding::{Finding, Weight};
 use crate::tools::findings::odometry::OdometryFacts;
@@ -42,6 +44,9 @@ pub fn text(info: &Info) -> String {
         section(&mut text, "CLOCKS", &clocks(facts));
     }
     section(&mut text, "FINDINGS", &findings(&info.findings));
+    if let Some(causes) = &info.causes {
+        section(&mut text, "CAUSES", &self::causes(causes));
+    }
     if let Some(skeleton) = &info.skeleton {
         let title = "TMAM.TOML (print only this: --skeleton)";
         section(&mut text, title, skeleton);
@@ -246,14 +251,37 @@ fn clocks(facts: &Facts) -> String {
     text
 }
 
-fn findings(findings: &[Finding]) -> String {
-    if findings.is_empty() {
-        return "  nothing in the messages; tmam calibrate holds mounts, clocks and scales against the ranges\n".to_owned();
+/// What is off by the ranges, tried.
+fn causes(causes: &[CauseTold]) -> String {
+    let mut table = listed_below();
+    for (place, cause) in causes.iter().enumerate() {
+        let text = shortened(&one_line(&cause.text), LONGEST_NAME, LONGEST_PART);
+        table.add_row([(place + 1).to_string(), text]);
     }
+    if causes.is_empty() {
+        table.add_row(["none", &format!("found among: {LOOKED_AT}")]);
+    }
+    rendered(&table)
+}
+
+fn listed_below() -> Table {
     let mut table = table(&["", ""], 2);
     if let Some(column) = table.column_mut(0) {
         column.set_constraint(ColumnConstraint::Absolute(Width::Fixed(11)));
     }
+    table
+}
+
+/// Without the line of its empty heads.
+fn rendered(table: &Table) -> String {
+    render(table).trim_start_matches('\n').to_owned()
+}
+
+fn findings(findings: &[Finding]) -> String {
+    if findings.is_empty() {
+        return "  nothing in the messages\n".to_owned();
+    }
+    let mut table = listed_below();
     for finding in findings {
         let weight = match finding.weight {
             Weight::Blocking => "BLOCKING",
@@ -273,5 +301,5 @@ fn findings(findings: &[Finding]) -> String {
         let lines: Vec<String> = lines.collect();
         table.add_row([weight.to_owned(), lines.join("\n")]);
     }
-    render(&table).trim_start_matches('\n').to_owned()
+    rendered(&table)
 }

@@ -28,18 +28,16 @@ const TABLE: [&str; 2] = ["<!-- seeded: begin -->\n", "<!-- seeded: end -->\n"];
 const WRONG: SonarId = SonarId(6);
 
 /// What is wrong with a log.
-#[derive(Debug, Clone, Copy)]
-enum Wrong {
-    /// Nothing.
-    Clean,
+#[derive(Debug, Clone, Copy, Default)]
+struct Wrong {
     /// What a configuration could mend.
-    Value(Parameter, f64),
+    value: Option<(Parameter, f64)>,
     /// Odometry drifts by 1 cm and 0.2 deg after a metre.
-    Drift,
+    drift: bool,
     /// A twentieth of the readings is of another sonar's sound, and a twentieth anything.
-    Clutter,
+    clutter: bool,
     /// A sonar hears nothing.
-    Dead,
+    dead: bool,
 }
 
 fn of(quantity: Quantity) -> Parameter {
@@ -52,14 +50,31 @@ fn of_all(quantity: Quantity) -> Parameter {
 
 /// Every row, by what it is called. A value is what the configuration is off by.
 fn cases() -> Vec<(String, Wrong)> {
+    let clean = Wrong::default();
+    let drift = Wrong {
+        drift: true,
+        ..clean
+    };
+    let clutter = Wrong {
+        clutter: true,
+        ..clean
+    };
+    let dead = Wrong {
+        dead: true,
+        ..clean
+    };
     let mut cases = vec![
-        ("clean".to_owned(), Wrong::Clean),
-        ("drift".to_owned(), Wrong::Drift),
-        ("clutter".to_owned(), Wrong::Clutter),
-        ("dead sonar".to_owned(), Wrong::Dead),
+        ("clean".to_owned(), clean),
+        ("drift".to_owned(), drift),
+        ("clutter".to_owned(), clutter),
+        ("dead sonar".to_owned(), dead),
     ];
+    let with = |wrong: Wrong, parameter, value: f64| Wrong {
+        value: Some((parameter, value)),
+        ..wrong
+    };
     let mut add = |name: String, parameter, value: f64| {
-        cases.push((name, Wrong::Value(parameter, value)));
+        cases.push((name, with(clean, parameter, value)));
     };
     for degrees in [1.0_f64, 2.0, 3.0, 5.0] {
         add(
@@ -122,15 +137,24 @@ fn cases() -> Vec<(String, Wrong)> {
         of_all(Quantity::BeamWidth),
         half,
     );
+    let pairs = [
+        ("yaw 5 deg", of(Quantity::Yaw), 5.0_f64.to_radians()),
+        ("mount 5 cm", of(Quantity::X), 0.05),
+        ("range offset 3 cm", of(Quantity::RangeOffset), 0.03),
+        ("delay 100 ms", Parameter::RangeDelay, 0.1),
+        ("odometry scale 2 %", Parameter::OdometryScale, 0.02),
+    ];
+    for (beside, wrong) in [("drift", drift), ("clutter", clutter)] {
+        for (name, parameter, value) in pairs {
+            let wrong = with(wrong, parameter, value);
+            cases.push((format!("{name} and {beside}"), wrong));
+        }
+    }
     cases
 }
 
 fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
-    let clutter = if matches!(wrong, Wrong::Clutter) {
-        0.05
-    } else {
-        0.0
-    };
+    let clutter = if wrong.clutter { 0.05 } else { 0.0 };
     let simulation = Simulation {
         world: World::room(),
         diffuse: 0.0,
@@ -146,13 +170,14 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
             cross_talk: clutter,
             ..FalseEchoes::default()
         },
-        odometry_noise: match wrong {
-            Wrong::Drift => OdometryNoise {
+        odometry_noise: if wrong.drift {
+            OdometryNoise {
                 distance: 0.01,
                 heading: 0.2_f64.to_radians(),
                 turn: 0.5_f64.to_radians(),
-            },
-            _ => OdometryNoise::default(),
+            }
+        } else {
+            OdometryNoise::default()
         },
         untold: Untold::default(),
         late: None,
@@ -164,20 +189,17 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
     let mut config = Config::default();
     let read = read_with_truth_in(Cursor::new(bytes.into_inner()), "seeded.mcap", &config);
     let mut log = read.unwrap().0;
-    match wrong {
-        Wrong::Value(parameter, value) => {
-            let mut change = Change::default();
-            change.add(parameter, value);
-            change.apply(&mut log.events);
-            change.apply_clocks(&mut config);
+    if let Some((parameter, value)) = wrong.value {
+        let mut change = Change::default();
+        change.add(parameter, value);
+        change.apply(&mut log.events);
+        change.apply_clocks(&mut config);
+    }
+    if wrong.dead {
+        let is_dead = |reading: &&mut RangeReading| reading.sonar == WRONG;
+        for reading in log.events.readings.iter_mut().filter(is_dead) {
+            reading.range = f64::INFINITY;
         }
-        Wrong::Dead => {
-            let is_dead = |reading: &&mut RangeReading| reading.sonar == WRONG;
-            for reading in log.events.readings.iter_mut().filter(is_dead) {
-                reading.range = f64::INFINITY;
-            }
-        }
-        Wrong::Clean | Wrong::Drift | Wrong::Clutter => {}
     }
     (log, config)
 }
@@ -196,13 +218,8 @@ struct Row {
 impl Row {
     fn take(&mut self, wrong: Wrong, found: &Search) {
         self.logs += 1;
-        let is_it = |parameter: Parameter| match wrong {
-            Wrong::Value(Parameter::Sonar(whose, Quantity::X), _) => {
-                parameter == Parameter::Sonar(whose, Quantity::X)
-            }
-            Wrong::Value(seeded, _) => parameter == seeded,
-            _ => false,
-        };
+        let seeded = wrong.value.map(|(parameter, _)| parameter);
+        let is_it = |parameter: Parameter| seeded == Some(parameter);
         let told = |at: usize| {
             let cause = found.causes.get(at)?;
             // What is said to explain as much is said.
@@ -215,7 +232,7 @@ impl Row {
         self.in_three += u32::from(at.is_some());
         let first = found.causes.first();
         self.wrong += u32::from(first.is_some() && at.is_none_or(|(at, _)| at > 0));
-        if let (Some((_, one)), Wrong::Value(seeded, value)) = (at, wrong) {
+        if let (Some((_, one)), Some((seeded, value))) = (at, wrong.value) {
             let truth = match seeded {
                 Parameter::Sonar(_, Quantity::RangeScale) | Parameter::OdometryScale => {
                     1.0 / (1.0 + value) - 1.0
@@ -302,10 +319,14 @@ fn hold(found: &str) {
 
 #[test]
 fn clean_logs_and_odometry_that_drifts_have_no_cause() {
+    let drift = Wrong {
+        drift: true,
+        ..Wrong::default()
+    };
     for (wrong, sigma) in [
-        (Wrong::Clean, 0.003),
-        (Wrong::Clean, 0.010),
-        (Wrong::Drift, 0.003),
+        (Wrong::default(), 0.003),
+        (Wrong::default(), 0.010),
+        (drift, 0.003),
     ] {
         let (log, config) = log(wrong, sigma, 3);
         let replay = Replay::new(&log, &config).unwrap();
@@ -313,4 +334,26 @@ fn clean_logs_and_odometry_that_drifts_have_no_cause() {
         let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
         assert_eq!(found.causes, [], "{wrong:?}");
     }
+}
+
+#[test]
+fn a_turned_sonar_is_found_although_odometry_drifts() {
+    let turned = Wrong {
+        value: Some((of(Quantity::Yaw), 5.0_f64.to_radians())),
+        drift: true,
+        ..Wrong::default()
+    };
+    let (log, config) = log(turned, 0.003, 1);
+    let replay = Replay::new(&log, &config).unwrap();
+    let outcome = replay.run(&mut []).unwrap();
+    assert!(outcome.joint().is_some());
+    let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
+    let [cause] = found.causes.as_slice() else {
+        panic!("{:?}", found.causes);
+    };
+    let [yaw] = cause.values.as_slice() else {
+        panic!("{cause:?}");
+    };
+    assert_eq!(yaw.parameter, of(Quantity::Yaw));
+    assert!((yaw.value.to_degrees() + 5.0).abs() < 1.0, "{yaw:?}");
 }
