@@ -7,6 +7,7 @@ use super::parameters::Parameters;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
+use crate::io::drives;
 use crate::io::output::{print, print_aside};
 use crate::tools::check::text::{closing, report};
 use crate::tools::check::{
@@ -34,7 +35,7 @@ Examples:
   tmam check drives/*.mcap --golden golden --partition 2/4  a quarter of them"
 )]
 pub struct Args {
-    /// The MCAP logs
+    /// The MCAP logs; of a folder each log in it, of a folder of split parts these as one
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Directory of the golden files
@@ -106,8 +107,9 @@ impl Args {
 
     fn check(self) -> Result<Exit, Error> {
         let (with_artifacts, bless) = (self.artifacts.is_some(), self.bless);
+        let logs = drives::logs(&self.logs);
         let options = Options {
-            logs: self.logs,
+            logs: logs.as_ref().cloned().unwrap_or_default(),
             golden: self.golden,
             artifacts: self.artifacts,
             around: self.only_around_differences,
@@ -123,7 +125,8 @@ impl Args {
         let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
         options.refuse_collisions(junit, summary, self.json)?;
         let files = ReportFiles::open(junit, summary)?;
-        let suite = match prepare(options, &self.parameters) {
+        let ready = logs.map_err(Error::from);
+        let suite = match ready.and_then(|_| prepare(options, &self.parameters)) {
             Ok(suite) => suite,
             Err(error) => {
                 files.refuse(&error)?;

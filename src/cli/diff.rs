@@ -1,16 +1,22 @@
 //! `tmam diff`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
 use super::check::Compared;
 use super::parameters::{Parameters, assignment};
 use crate::cli::error::Error;
+use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
-use crate::io::output::print;
-use crate::tools::diff::{Diff, Folders, Terms, together};
+use crate::io::log::container::is_one_recording;
+use crate::io::output::{Output, print, show};
+use crate::io::outputs::refuse_collisions;
+use crate::observe::report::written;
+use crate::tools::diff::drawing::write;
+use crate::tools::diff::folders::Folders;
+use crate::tools::diff::{Diff, Terms, together};
 use crate::tools::golden::SHOWN;
 
 /// Compare two results: of logs, recordings, feature files or golden files
@@ -33,7 +39,8 @@ Examples:
   tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
   tmam diff drive.mcap --set-b frames.step=0.15             one log under two configurations
   tmam diff golden/drive.golden.json drive.mcap
-  tmam diff out-main out-branch                             two folders, by the names of their files"
+  tmam diff out-main out-branch                             two folders, by the names of their files
+  tmam diff monday.rrd tuesday.rrd -o both.rrd              both maps over each other"
 )]
 pub struct Args {
     /// A log, a recording, a features.json or a golden file; or a folder of them, against another one
@@ -47,6 +54,10 @@ pub struct Args {
     /// A key of the configuration that is otherwise for B, repeatable: triple.gamma=8
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set_b: Vec<String>,
+    /// Write a recording for the Rerun viewer here: the differences over the run of B where B is a log, else both
+    /// maps over each other
+    #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
+    output: Option<PathBuf>,
     /// A tolerance, repeatable: rho=0.02 (metres and radians) [default: those of a golden file]
     #[arg(long, value_name = "KEY=VALUE")]
     tolerance: Vec<String>,
@@ -76,26 +87,35 @@ impl Args {
             b_differs: self.config_b.is_some() || !self.set_b.is_empty(),
             tolerances: self.tolerance.clone(),
             only_map: self.compare == Compared::Map,
+            drawn: self.output.is_some(),
         };
-        if let Some(b) = &self.b
-            && self.a.is_dir()
-            && b.is_dir()
-        {
+        let b = self.b.as_ref().unwrap_or(&self.a);
+        if [&self.a, b].iter().all(|path| is_folder(path)) {
             let folders = Folders::of(&self.a, b)?;
+            // Too many runs to keep, and one recording shows one.
+            let terms = Terms {
+                drawn: false,
+                ..terms
+            };
             return self.of_folders(&folders, &terms);
         }
+        let out = self.open(&[self.a.as_path(), b])?;
         let diff = Diff::new(&self.a, self.b.as_deref(), &terms)?;
         print(&if self.json {
             format!("{:#}\n", diff.json(self.strict))
         } else {
             diff.text(self.show, self.strict)
         })?;
-        Ok(diff.exit(self.strict))
+        let exit = diff.exit(self.strict);
+        self.draw(&[diff], out)?;
+        Ok(exit)
     }
 
     fn of_folders(&self, folders: &Folders, terms: &Terms) -> Result<Exit, Error> {
+        let inputs = folders.pairs.iter().flatten().map(PathBuf::as_path);
+        let out = self.open(&inputs.collect::<Vec<_>>())?;
         let mut all = Vec::new();
-        for (a, b) in &folders.pairs {
+        for [a, b] in &folders.pairs {
             let diff = Diff::new(a, Some(b), terms)?;
             if !self.json {
                 print(&format!("{}\n", diff.text(self.show, self.strict)))?;
@@ -118,12 +138,39 @@ impl Args {
         } else {
             for file in alone {
                 print(&format!(
-                    "{} has nothing of its name beside it\n",
+                    "{} has nothing of its name or its drive beside it\n",
                     inert_line(&file)
                 ))?;
             }
             print(&together(&all))?;
         }
+        self.draw(&all, out)?;
         Ok(exit)
     }
+
+    /// Opens the output, which is none of what is read.
+    fn open(&self, read: &[&Path]) -> Result<Option<Output>, Error> {
+        let configs = self.parameters.file().into_iter();
+        let configs = configs.chain(self.config_b.as_deref());
+        let inputs: Vec<&Path> = read.iter().copied().chain(configs).collect();
+        let json = self.json.then(|| Path::new("-"));
+        refuse_collisions(&inputs, &[json, self.output.as_deref()])?;
+        Ok(self.output.as_deref().map(Output::create).transpose()?)
+    }
+
+    /// Writes the recording, where one is asked for.
+    fn draw(&self, all: &[Diff], out: Option<Output>) -> Result<(), Error> {
+        let Some(mut out) = out else {
+            return Ok(());
+        };
+        write(all, &mut out)?;
+        let path = out.path().to_owned();
+        out.commit()?;
+        Ok(show(&written(&[path]), self.json)?)
+    }
+}
+
+/// Whether it holds files to be compared, each for itself.
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() && !is_one_recording(path)
 }

@@ -46,6 +46,19 @@ pub struct DrawnTruth {
     pub spurious: Vec<Sketched>,
 }
 
+/// The maps A and B of two results, to be drawn over each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnPair {
+    /// What stands above them.
+    pub title: String,
+    /// The two sides, and what differs (Markdown).
+    pub page: String,
+    /// Map B, whole.
+    pub b: Vec<Sketched>,
+    /// Map A, and what differs.
+    pub over: Overlay,
+}
+
 /// A line or a point as it is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sketched {

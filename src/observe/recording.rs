@@ -19,6 +19,7 @@ mod hold;
 mod live;
 mod map;
 mod overlay;
+mod pairs;
 mod plane;
 mod plots;
 mod reports;
@@ -32,7 +33,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 use rerun::components::TextLogLevel;
-use rerun::{RecordingInfo, Scalars, Scale3D, TextDocument, Transform3D};
+use rerun::{RecordingInfo, Scalars, TextDocument};
 
 use self::about::opening;
 use self::blueprint::ViewLayout;
@@ -46,6 +47,7 @@ pub use self::grid::write_grid;
 use self::hold::{HeldFrame, Hold};
 pub use self::live::Live;
 use self::map::DrawnMap;
+pub use self::pairs::write_pairs;
 use self::plane::{Extent, PlaneOrigin};
 use self::reports::Reports;
 use self::robot::Robot;
@@ -155,9 +157,7 @@ impl<'a> Recording<'a> {
         }
         let about = about::page(setting, &self.overlay.about, canvas.origin);
         canvas.put("/about", &about)?;
-        // A 2D view has y down: turn the world over.
-        let flip = Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0]));
-        canvas.put("/world", &flip)?;
+        canvas.put("/world", &plane::upright())?;
         canvas.put("/world", &style::annotations(setting.sonars))?;
         for entity in LOOKS {
             canvas.put_look(entity)?;
@@ -265,7 +265,7 @@ impl<'a> Recording<'a> {
         let plots = plots::deciding(self.setting.config, self.beam_width);
         let ends = self.span.as_slice().concat();
         plots::draw(&plots, &self.reports, &step.reports, &ends, canvas)?;
-        ground::put(&self.extent.bounds(), canvas)?;
+        ground::put("/world", &self.extent.bounds(), canvas)?;
         let layout = self.layout(self.beam_width, &suspects);
         blueprint::put(&layout, &mut self.canvas)
     }

@@ -200,7 +200,8 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
     // Writing into a string cannot fail.
     let _ = writeln!(
         text,
-        "{:<10} corrected, the last one by {:.2} m (sigma {sigma:.3} m): {:.1} % of the arcs are explained, {:.1} % were",
+        "{:<10} corrected, the last one by {:.2} m (sigma {sigma:.3} m): {:.1} % of the arcs fit the features estimated with them, \
+         {:.1} % fitted those of odometry",
         "poses",
         joint.path.end_correction(),
         100.0 * joint.explained[1],

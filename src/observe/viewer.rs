@@ -81,7 +81,7 @@ pub enum CarriedError {
     Foreign { writer: String },
     /// One of ours that shows no run, or from before recordings carried results.
     #[error(
-        "it carries no results: it shows a sweep{}",
+        "it carries no results: it shows a sweep or a comparison{}",
         if *writer == this() { String::new() }
         else { format!(", or an older tmam wrote it ({writer}; this is {})", this()) }
     )]

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::io::Write;
 use std::path::Path;
 
-use super::drawing::{DrawnGrid, Overlay};
+use super::drawing::{DrawnGrid, DrawnPair, Overlay};
 use super::viewer::{Carried, CarriedError, Error};
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
@@ -54,6 +54,10 @@ impl Observer for Recording {
 }
 
 pub fn write_grid(_out: impl Write, _grid: &DrawnGrid) -> Result<(), Error> {
+    Err(Error::NotBuiltIn)
+}
+
+pub fn write_pairs(_out: impl Write, _pairs: &[DrawnPair]) -> Result<(), Error> {
     Err(Error::NotBuiltIn)
 }
 

@@ -8,6 +8,7 @@ pub mod annotations;
 mod job;
 mod junit;
 mod overlay;
+mod renamed;
 mod report;
 mod require;
 mod suite;

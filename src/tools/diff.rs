@@ -3,7 +3,9 @@
 //! A log is replayed: beside results that record a configuration with that one, else with the
 //! defaults, and what is given on the command line stands over either.
 
-use std::collections::BTreeMap;
+pub mod drawing;
+pub mod folders;
+
 use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -14,15 +16,18 @@ use serde_json::{Value as Json, json};
 use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
-use crate::core::replay::{Replay, ReplayError};
+use crate::core::log::Log;
+use crate::core::observer::Kept;
+use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::tool::Tool;
 use crate::io::config::file::{ConfigError, check, differences, layered};
 use crate::io::log::LogError;
+use crate::io::log::container::is_one_recording;
 use crate::io::log::survey::as_it_is;
 use crate::io::schema::{Relation, in_words, of_file, relation};
 use crate::observe::features;
 use crate::observe::recording::read_carried;
-use crate::observe::viewer::CarriedError;
+use crate::observe::viewer::{self, CarriedError};
 use crate::tools::golden::{
     Comparison, Difference, FeaturesFile, Golden, GoldenError, LabelsFile, Quality, Results,
     SCHEMA as GOLDEN, Tolerance, ToleranceError, all_results, compare, differences_in_json,
@@ -45,67 +50,8 @@ pub struct Terms {
     pub tolerances: Vec<String>,
     /// Whether only the confirmed features of the map are compared.
     pub only_map: bool,
-}
-
-/// The files of two folders that hold results of one name, by it, and the names that only one of them has.
-#[derive(Debug, Default)]
-pub struct Folders {
-    pub pairs: Vec<(PathBuf, PathBuf)>,
-    pub alone: Vec<PathBuf>,
-}
-
-impl Folders {
-    /// Looks into both.
-    ///
-    /// # Errors
-    /// One that cannot be read.
-    pub fn of(a: &Path, b: &Path) -> Result<Self, DiffError> {
-        let (a, mut b) = (named(a)?, named(b)?);
-        let mut folders = Self::default();
-        for (name, file) in a {
-            match b.remove(&name) {
-                Some(other) => folders.pairs.push((file, other)),
-                None => folders.alone.push(file),
-            }
-        }
-        folders.alone.extend(b.into_values());
-        Ok(folders)
-    }
-}
-
-/// The results in a folder by their name; of several of one name, what says most.
-fn named(folder: &Path) -> Result<BTreeMap<String, PathBuf>, DiffError> {
-    const KINDS: [&str; 7] = [
-        ".golden.json",
-        ".golden.json.new",
-        ".check.rrd",
-        ".rrd",
-        ".features.json",
-        ".json",
-        ".mcap",
-    ];
-    let unreadable = |source| DiffError::Read {
-        path: folder.to_owned(),
-        source,
-    };
-    let mut named = BTreeMap::<String, (usize, PathBuf)>::new();
-    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-        let entry = entry.map_err(unreadable)?;
-        let file = entry.file_name().to_string_lossy().into_owned();
-        let kinds = KINDS.iter().enumerate();
-        let mut kinds = kinds.filter_map(|(rank, kind)| Some((rank, file.strip_suffix(kind)?)));
-        if let Some((rank, name)) = kinds.next() {
-            let found = (rank, entry.path());
-            let best = named
-                .entry(name.to_owned())
-                .or_insert_with(|| found.clone());
-            if found < *best {
-                *best = found;
-            }
-        }
-    }
-    let paths = named.into_iter().map(|(name, (_, path))| (name, path));
-    Ok(paths.collect())
+    /// Whether the run of B is kept, to be drawn.
+    pub drawn: bool,
 }
 
 /// How good all A and all B are together, in a line; nothing where that is not known.
@@ -255,8 +201,8 @@ fn sides(
         let b = b.path.clone();
         return Err(DiffError::NothingToReplayForB { b });
     }
-    let replayed = |log: &Path, layers: &[String]| -> Result<Side, DiffError> {
-        Side::replayed(log, layered(Config::default(), layers)?)
+    let replayed = |log: &Path, layers: &[String], kept: bool| -> Result<Side, DiffError> {
+        Side::replayed(log, layered(Config::default(), layers)?, kept)
     };
     Ok(match (a, b) {
         (Argument::Results(a), Argument::Results(b)) if terms.both.is_empty() => (*a, *b),
@@ -265,23 +211,24 @@ fn sides(
             return Err(DiffError::NothingToReplay { a, b });
         }
         (Argument::Log(log), Argument::Results(b)) => {
-            (replayed_like(&b, &log, &terms.both, notes)?, *b)
+            (replayed_like(&b, &log, (&terms.both, false), notes)?, *b)
         }
         (Argument::Results(a), Argument::Log(log)) => {
-            let b = replayed_like(&a, &log, &terms.b, notes)?;
+            let b = replayed_like(&a, &log, (&terms.b, terms.drawn), notes)?;
             (*a, b)
         }
         (Argument::Log(a), Argument::Log(b)) => {
-            (replayed(&a, &terms.both)?, replayed(&b, &terms.b)?)
+            let a = replayed(&a, &terms.both, false)?;
+            (a, replayed(&b, &terms.b, terms.drawn)?)
         }
     })
 }
 
-/// A log, replayed with the configuration of the results that it is compared with.
+/// A log, replayed with the configuration of the results that it is compared with, and its run `kept` or not.
 fn replayed_like(
     results: &Side,
     log: &Path,
-    layers: &[String],
+    (layers, kept): (&[String], bool),
     notes: &mut Vec<String>,
 ) -> Result<Side, DiffError> {
     let recorded = results.configuration()?;
@@ -300,7 +247,7 @@ fn replayed_like(
             "{file} does not record {unrecorded}; the present defaults hold"
         ));
     }
-    Side::replayed(log, layered(recorded.unwrap_or_default(), layers)?)
+    Side::replayed(log, layered(recorded.unwrap_or_default(), layers)?, kept)
 }
 
 /// One side of a comparison.
@@ -319,6 +266,16 @@ struct Side {
     unrecorded: Vec<String>,
     /// What could not be read of its log; empty for a whole one.
     losses: Vec<String>,
+    run: Option<Box<Run>>,
+}
+
+/// The run of a log, to be drawn.
+#[derive(Debug)]
+struct Run {
+    log: Log,
+    config: Config,
+    outcome: Outcome,
+    kept: Kept,
 }
 
 /// One of the two arguments, looked at but not replayed.
@@ -337,6 +294,16 @@ pub enum DiffError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error(
+        "{} holds no results: none of its files ends in .golden.json, .rrd, .features.json or .mcap. Give a folder \
+         that does, such as the artefacts of a check", folder.display()
+    )]
+    NoneInFolder { folder: PathBuf },
+    #[error(
+        "{} is a folder of several files. Give two folders, which are compared by the names of their files, or name \
+         one of its files", folder.display()
+    )]
+    OneFolder { folder: PathBuf },
     #[error(
         "{} is neither an MCAP log nor a recording, a features.json or a golden file: {reason}", path.display()
     )]
@@ -378,6 +345,10 @@ pub enum DiffError {
     )]
     RecordedConfig { path: PathBuf, reason: String },
     #[error(transparent)]
+    Drawing(#[from] viewer::Error),
+    #[error("cannot form the results that the recording carries: {0}")]
+    Carried(#[from] std::io::Error),
+    #[error(transparent)]
     Log(#[from] LogError),
     #[error(transparent)]
     Replay(#[from] ReplayError),
@@ -405,6 +376,13 @@ impl Argument {
     /// # Errors
     /// When no results are to be had from it.
     fn open(path: &Path) -> Result<Self, DiffError> {
+        if path.is_dir() {
+            let folder = path.to_owned();
+            return match is_one_recording(path) {
+                true => Ok(Self::Log(folder)),
+                false => Err(DiffError::OneFolder { folder }),
+            };
+        }
         let unreadable = |source| {
             let path = path.to_owned();
             DiffError::Read { path, source }
@@ -433,21 +411,36 @@ impl Side {
             config: None,
             unrecorded: Vec::new(),
             losses: Vec::new(),
+            run: None,
         }
     }
 
-    /// Replays a log.
+    /// Replays a log; the run is `kept` or not.
     ///
     /// # Errors
     /// As a replay fails.
-    fn replayed(path: &Path, config: Config) -> Result<Self, DiffError> {
+    fn replayed(path: &Path, config: Config, kept: bool) -> Result<Self, DiffError> {
         let survey = as_it_is(path, &config)?;
         let replay = Replay::new(&survey.log, &config)?;
-        let outcome = replay.run(&mut [])?;
-        let (results, _) = all_results(path, &survey, &replay, outcome)?;
+        let mut run = Kept::default();
+        let outcome = match kept {
+            true => replay.run(&mut [&mut run])?,
+            false => replay.run(&mut [])?,
+        };
+        let (results, outcome) = all_results(path, &survey, &replay, outcome)?;
+        let log = survey.log;
+        let losses = log.losses.clone();
         Ok(Self {
-            losses: survey.log.losses.clone(),
+            losses,
             config: serde_json::to_value(&config).ok(),
+            run: kept.then(|| {
+                Box::new(Run {
+                    log,
+                    config,
+                    outcome,
+                    kept: run,
+                })
+            }),
             ..Self::new(path, "log", results)
         })
     }

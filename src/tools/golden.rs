@@ -19,6 +19,7 @@ mod cause;
 mod collect;
 mod compare;
 mod difference;
+mod drawn;
 mod features_file;
 mod file;
 mod hold;
@@ -37,6 +38,7 @@ pub use difference::{
     Change, ChangeUnit, Comparison, Difference, FeatureDifference, FindingDifference, LabelRun,
     NumberChange, SECTIONS, State, StrayedArc,
 };
+pub use drawn::{drawn, farthest, notes, relabelled, sketched};
 pub use features_file::FeaturesFile;
 pub use file::{Golden, GoldenError, SCHEMA, WrittenBy, as_recorded, unrecorded};
 pub use hold::{Held, HoldError, UPDATE, hold, is_set};

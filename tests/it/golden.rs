@@ -11,9 +11,11 @@ mod names;
 mod noise;
 mod noise_aware_mutations;
 mod overwriting;
+mod pictures;
 #[cfg(feature = "viewer")]
 mod recordings;
 mod refusals;
+mod renamed;
 mod reports;
 mod rust;
 mod samples;

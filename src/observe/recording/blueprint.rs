@@ -172,16 +172,8 @@ fn map(
     so_far: &[Entity],
 ) -> Result<(), Error> {
     w.view(id, "2D", name, &["+ /world/**"])?;
-    if let Some(Bounds { min, max }) = layout.bounds {
-        // The view's y axis points down; the world is drawn flipped, so its bounds are too.
-        w.property(
-            id,
-            "VisualBounds2D",
-            &VisualBounds2D::new(VisualBounds(Range2D {
-                x_range: [min.x, max.x].into(),
-                y_range: [-max.y, -min.y].into(),
-            })),
-        )?;
+    if let Some(bounds) = layout.bounds {
+        show_only(w, id, bounds)?;
     }
     let up_to_cursor = |timeline: &str| {
         VisibleTimeRange(datatypes::VisibleTimeRange {
@@ -209,6 +201,16 @@ fn map(
         )?;
     }
     Ok(())
+}
+
+/// The part of a world that a view shows.
+pub fn show_only(w: &mut Canvas<'_>, id: Part, Bounds { min, max }: Bounds) -> Result<(), Error> {
+    // The view's y axis points down; the world is drawn flipped, so its bounds are too.
+    let bounds = VisualBounds2D::new(VisualBounds(Range2D {
+        x_range: [min.x, max.x].into(),
+        y_range: [-max.y, -min.y].into(),
+    }));
+    w.property(id, "VisualBounds2D", &bounds)
 }
 
 /// How far the poses were moved and turned, beside the events, and the page that says how to read it.

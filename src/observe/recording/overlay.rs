@@ -21,39 +21,41 @@ pub fn put(overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
     if *overlay == Overlay::default() {
         return Ok(());
     }
-    let at = "/world/golden";
-    let look = (style::GOLDEN, 3.5, false);
-    put_layer(
-        [at, "lines", "points"],
-        &overlay.golden,
-        [4.5, 6.5],
-        look,
-        canvas,
-    )?;
-    let at = "/world/differences/before";
-    let look = (style::BEFORE, 8.3, true);
-    put_layer(
-        [at, "lines", "points"],
-        &overlay.before,
-        [4.0, 6.0],
-        look,
-        canvas,
-    )?;
-    let at = "/world/differences/now";
-    let look = (style::NOW, 8.6, true);
-    put_layer(
-        [at, "lines", "points"],
-        &overlay.now,
-        [3.0, 5.0],
-        look,
-        canvas,
-    )?;
+    put_maps("/world", overlay, canvas)?;
     canvas.put_look(Entity::ChangedLabels)?;
     for (frame, stamp_ns, text) in &overlay.notes {
         let at = Moment::new(*frame, *stamp_ns);
         canvas.note(at, TextLogLevel::ERROR, text.clone())?;
     }
     canvas.flush()
+}
+
+/// Draws a map below a world, and what of it moved or is missing, moved or is new.
+pub fn put_maps(world: &str, overlay: &Overlay, canvas: &mut Canvas<'_>) -> Result<(), Error> {
+    for (at, sketched, radii, look) in [
+        (
+            "golden",
+            &overlay.golden,
+            [4.5, 6.5],
+            (style::GOLDEN, 3.5, false),
+        ),
+        (
+            "differences/before",
+            &overlay.before,
+            [4.0, 6.0],
+            (style::BEFORE, 8.3, true),
+        ),
+        (
+            "differences/now",
+            &overlay.now,
+            [3.0, 5.0],
+            (style::NOW, 8.6, true),
+        ),
+    ] {
+        let at = format!("{world}/{at}");
+        put_layer([&at, "lines", "points"], sketched, radii, look, canvas)?;
+    }
+    Ok(())
 }
 
 fn put_truth(truth: &DrawnTruth, canvas: &mut Canvas<'_>) -> Result<(), Error> {
@@ -130,7 +132,7 @@ pub fn finish(overlay: &Overlay, at: Moment, canvas: &mut Canvas<'_>) -> Result<
 
 /// Sketches that are there all the time, lines and points below an entity: how large they are, their colour
 /// and order, and whether they have names where these are few enough.
-fn put_layer(
+pub fn put_layer(
     [at, lines, points]: [&str; 3],
     sketched: &[Sketched],
     radii: [f32; 2],

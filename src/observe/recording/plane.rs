@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use rerun::{Scale3D, Transform3D};
+
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::tmam::arc::Arc;
 
@@ -59,6 +61,11 @@ impl PlaneOrigin {
     }
 }
 
+/// What turns a world over: a 2D view has y down.
+pub fn upright() -> Transform3D {
+    Transform3D::from_scale(Scale3D::from([1.0, -1.0, 1.0]))
+}
+
 /// Cell of the histogram over echoes, metres.
 const CELL: f64 = 0.25;
 /// Share of the echoes, and of the path, that may lie outside at each edge: a few wild readings or a
@@ -81,6 +88,21 @@ pub struct Bounds {
 impl Bounds {
     fn new(min: Vec2, max: Vec2) -> Self {
         Self { min, max }
+    }
+
+    /// With all these places in it, and a margin.
+    pub fn of(places: impl Iterator<Item = Vec2>) -> Self {
+        let near = places.filter(|place| place.iter().all(|value| value.abs() < FARTHEST));
+        Self::around(near.map(|place| Self::new(place, place)))
+    }
+
+    /// With all these boxes in it, and a margin.
+    fn around(boxes: impl Iterator<Item = Self>) -> Self {
+        let all = boxes.reduce(|a, b| Self::new(a.min.inf(&b.min), a.max.sup(&b.max)));
+        let bounds = all.unwrap_or(Self::new(Vec2::zeros(), Vec2::zeros()));
+        let middle = (bounds.min + bounds.max) / 2.0;
+        let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.1 * h).max(LEAST));
+        Self::new(middle - half, middle + half)
     }
 
     /// The same in a recording with such an origin.
@@ -121,11 +143,7 @@ impl Extent {
     pub fn bounds(&self) -> Bounds {
         let boxes = [self.path.bounds(ROBOT), self.echoes.bounds(0.0)];
         let boxes = boxes.into_iter().flatten();
-        let both = boxes.reduce(|a, b| Bounds::new(a.min.inf(&b.min), a.max.sup(&b.max)));
-        let bounds = both.unwrap_or(Bounds::new(Vec2::zeros(), Vec2::zeros()));
-        let middle = (bounds.min + bounds.max) / 2.0;
-        let half = ((bounds.max - bounds.min) / 2.0).map(|h| (1.1 * h).max(LEAST));
-        Bounds::new(middle - half, middle + half)
+        Bounds::around(boxes)
     }
 }
 

@@ -6,20 +6,22 @@ use super::overlay::overlay;
 use super::report::{CheckError, CheckResult, Compared, Report};
 use super::require::Requirements;
 use crate::core::config::Config;
+use crate::core::geometry::Vec2;
 use crate::core::legible::inert_line;
 use crate::core::log::Log;
 use crate::core::observer::Kept;
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::io::config::file::{differences, layered};
-use crate::io::log::survey::as_it_is;
+use crate::io::log::survey::{Survey, as_it_is};
 use crate::io::log::{itemised, read};
-use crate::io::output::{Output, write_whole};
+use crate::io::output::{Output, OutputError, write_whole};
 use crate::observe::recording::Recording;
 use crate::observe::viewer;
 use crate::tools::golden::{
-    Comparison, Difference, Golden, GoldenError, Tolerance, all_results, as_recorded, carried,
-    compare, settled,
+    Comparison, Difference, Feature, Golden, GoldenError, Quality, Tolerance, all_results,
+    as_recorded, carried, compare, drawn, farthest, headline, relabelled, settled,
 };
+use crate::tools::report::change;
 
 /// On what terms a log is held to its golden file.
 #[derive(Debug, Clone, Copy)]
@@ -39,10 +41,18 @@ pub struct Terms<'a> {
 #[derive(Debug, Clone)]
 pub struct Job {
     pub log: PathBuf,
+    /// By the name of the log.
     pub golden: PathBuf,
+    /// One of another name that is there in its place, and was made from the same drive.
+    pub renamed: Option<PathBuf>,
 }
 
 impl Job {
+    /// The golden file that the log is held to.
+    fn held(&self) -> &Path {
+        self.renamed.as_ref().unwrap_or(&self.golden)
+    }
+
     /// Replays the log with the configuration of its golden file, or with that which ships, and compares.
     pub fn check(&self, terms: &Terms<'_>) -> Report {
         if let Some(artifacts) = terms.artifacts {
@@ -64,10 +74,10 @@ impl Job {
             path: self.log.clone(),
             source,
         })?;
-        if !self.golden.exists() {
+        if !self.held().exists() {
             return Ok(self.without_golden(artifacts));
         }
-        let (golden, unknown) = Golden::read(&self.golden)?;
+        let (golden, unknown) = Golden::read(self.held())?;
         let (Some(config), Some(_)) = (&golden.config, golden.log()) else {
             return Err(self.of_a_test());
         };
@@ -85,7 +95,7 @@ impl Job {
         if golden.results.is_empty() {
             return Err(CheckError::Nothing(format!(
                 "{} holds no feature; bless it again from a log that gives some",
-                self.golden.display()
+                self.held().display()
             )));
         }
         let (actual, outcome) = all_results(&self.log, &survey, &replay, outcome)?;
@@ -99,12 +109,9 @@ impl Job {
         };
         let by = (unknown.is_empty() && !only_map).then_some(golden.written_by.version.as_str());
         found.blame(&changed.unwrap_or_default(), true, by);
-        let stem = self.log.file_stem().unwrap_or_default().to_string_lossy();
         let quality = actual.quality;
-        let missed = quality.map_or_else(Vec::new, |quality| required.missed(&stem, &quality));
-        let missed = missed
-            .into_iter()
-            .map(|text| Difference::Requirement { text });
+        let missed = self.missed(required, quality).into_iter();
+        let missed = missed.map(|text| Difference::Requirement { text });
         found.differences.splice(0..0, missed);
         let mut report = self.report(match found.matches(strict) {
             true => CheckResult::Matches,
@@ -112,14 +119,24 @@ impl Job {
         });
         report.quality = quality;
         report.notes = notes(&golden, &unknown);
+        if let Some(renamed) = &self.renamed {
+            report.golden.clone_from(renamed);
+            report.notes.push(format!(
+                "{} was made from this drive, by the digest of its events, when the log was called {}; name it {}",
+                renamed.display(),
+                golden.log().map_or("", |log| &log.file),
+                self.golden.display()
+            ));
+        }
         if let (Some(artifacts), CheckResult::Differs) = (artifacts, &report.result) {
             let config = Some(config.clone());
             let settled = settled(&golden.results, actual, &golden.tolerances);
             let new = Golden::new(config, golden.tolerances, settled);
             let replayed = (&replay, &outcome, &kept);
             match artifacts.write(&self.log, replayed, &golden, &new, &found) {
-                Ok((new, recording)) => {
-                    report.artifacts = [new].into_iter().chain(recording.clone()).collect();
+                Ok((new, picture, recording)) => {
+                    let seen = recording.clone().into_iter().chain(picture);
+                    report.artifacts = seen.chain([new]).collect();
                     report.recording = recording;
                 }
                 Err(error) => report.result = error.into(),
@@ -138,10 +155,14 @@ impl Job {
             self.golden.display()
         )));
         let config = Config::default();
+        let by_default = || {
+            let survey = as_it_is(&self.log, &config)?;
+            let replay = Replay::new(&survey.log, &config)?;
+            self.new_golden(&config, Tolerance::default(), &survey, &replay)
+        };
         let kept = match artifacts {
-            Some(artifacts) => self
-                .new_golden(config, Tolerance::default())
-                .and_then(|golden| artifacts.write_golden(&self.log, &golden).map(Some)),
+            Some(artifacts) => by_default()
+                .and_then(|(golden, _)| artifacts.write_golden(&self.log, &golden).map(Some)),
             None => read(&self.log, &config)
                 .map(|_| None)
                 .map_err(CheckError::from),
@@ -161,8 +182,13 @@ impl Job {
     ///
     /// What is given of the configuration and the tolerances stands over what the old file records, and
     /// that over the defaults.
-    pub fn bless(&self, layers: &[String], tolerances: &[String]) -> Report {
-        let blessed = self.blessed(layers, tolerances);
+    pub fn bless(
+        &self,
+        layers: &[String],
+        tolerances: &[String],
+        required: &Requirements,
+    ) -> Report {
+        let blessed = self.blessed(layers, tolerances, required);
         blessed.unwrap_or_else(|error| {
             self.report(match error {
                 CheckError::Nothing(why) => CheckResult::Nothing(format!("not blessed: {why}")),
@@ -171,9 +197,14 @@ impl Job {
         })
     }
 
-    fn blessed(&self, layers: &[String], tolerances: &[String]) -> Result<Report, CheckError> {
-        let old = match self.golden.exists() {
-            true => Some(Golden::read(&self.golden)?.0),
+    fn blessed(
+        &self,
+        layers: &[String],
+        tolerances: &[String],
+        required: &Requirements,
+    ) -> Result<Report, CheckError> {
+        let old = match self.held().exists() {
+            true => Some(Golden::read(self.held())?.0),
             false => None,
         };
         let (recorded, before) = match old
@@ -185,7 +216,19 @@ impl Job {
             Some(_) => return Err(self.of_a_test()),
         };
         let tolerances = tolerances.iter().try_fold(before, Tolerance::with)?;
-        let mut new = self.new_golden(layered(recorded, layers)?, tolerances)?;
+        let config = as_recorded(&layered(recorded, layers)?)?;
+        let survey = as_it_is(&self.log, &config)?;
+        let replay = Replay::new(&survey.log, &config)?;
+        let (mut new, outcome) = self.new_golden(&config, tolerances, &survey, &replay)?;
+        let mut notes = kept_beyond(layers, &config, old.is_some())?;
+        if let Some(renamed) = &self.renamed {
+            notes.push(format!(
+                "blessed on the terms of {}, which was made from the same drive: remove that",
+                renamed.display()
+            ));
+        }
+        let missed = self.missed(required, new.results.quality).into_iter();
+        notes.extend(missed.map(|text| format!("a check will fail, for {text}")));
         let found = old
             .as_ref()
             .map(|old| compare(&old.results, &new.results, &tolerances));
@@ -199,45 +242,61 @@ impl Job {
             old.written_by = new.written_by.clone();
             old.render().is_ok_and(|old| old == bytes)
         };
-        if old.as_ref().is_some_and(same) {
-            return Ok(self.report(CheckResult::Unchanged));
+        if self.renamed.is_none() && old.as_ref().is_some_and(same) {
+            return Ok(Report {
+                notes,
+                ..self.report(CheckResult::Unchanged)
+            });
         }
         write_whole(&self.golden, &bytes)?;
         let mut report = self.report(CheckResult::Blessed);
         report.quality = new.results.quality;
+        report.notes = notes;
         if let Some(old) = old {
-            report.notes = changed_terms(&old, &new);
+            report.notes.extend(changed_terms(&old, &new));
             let mut found = found.unwrap_or_default();
             let configs = old.config.as_ref().zip(new.config.as_ref());
             let changed = configs.map_or_else(Vec::new, |(then, now)| differences(then, now));
             found.blame(&changed, true, Some(&old.written_by.version));
             let map = old.results.map;
+            let picture = picture_of(&self.golden);
+            let drawn = draw(&picture, &self.log, (&replay, &outcome), &map, &found)?;
+            report.artifacts.extend(drawn);
             report.compared = Some(Compared { map, found });
         }
         Ok(report)
     }
 
-    /// The golden file of a whole log that gives something.
-    fn new_golden(&self, config: Config, tolerances: Tolerance) -> Result<Golden, CheckError> {
-        let config = as_recorded(&config)?;
-        let survey = as_it_is(&self.log, &config)?;
-        let log = &survey.log;
-        let replay = Replay::new(log, &config)?;
+    /// The golden file of a whole log that gives something; the outcome is given back.
+    fn new_golden(
+        &self,
+        config: &Config,
+        tolerances: Tolerance,
+        survey: &Survey,
+        replay: &Replay<'_>,
+    ) -> Result<(Golden, Outcome), CheckError> {
         let outcome = replay.run(&mut [])?;
-        fit_to_compare(log, &outcome)?;
-        let (results, _) = all_results(&self.log, &survey, &replay, outcome)?;
+        fit_to_compare(&survey.log, &outcome)?;
+        let (results, outcome) = all_results(&self.log, survey, replay, outcome)?;
         if results.is_empty() {
             return Err(CheckError::Nothing(format!(
                 "{} gives no feature, and an empty result can never differ",
-                log.file
+                survey.log.file
             )));
         }
-        Ok(Golden::new(Some(config), tolerances, results))
+        let golden = Golden::new(Some(config.clone()), tolerances, results);
+        Ok((golden, outcome))
+    }
+
+    /// What of the requirements results do not meet, in words.
+    fn missed(&self, required: &Requirements, quality: Option<Quality>) -> Vec<String> {
+        let stem = self.log.file_stem().unwrap_or_default().to_string_lossy();
+        quality.map_or_else(Vec::new, |quality| required.missed(&stem, &quality))
     }
 
     fn of_a_test(&self) -> CheckError {
         CheckError::OfATest {
-            golden: self.golden.clone(),
+            golden: self.held().to_owned(),
         }
     }
 
@@ -295,6 +354,27 @@ fn shipped_for(golden: &Config, texts: &[String]) -> Result<Config, CheckError> 
     Ok(as_recorded(&layered(part, texts)?)?)
 }
 
+/// What of a configuration the golden file alone says, where something is given over it.
+fn kept_beyond(
+    layers: &[String],
+    config: &Config,
+    is_old: bool,
+) -> Result<Vec<String>, CheckError> {
+    if layers.is_empty() || !is_old {
+        return Ok(Vec::new());
+    }
+    let given = as_recorded(&layered(Config::default(), layers)?)?;
+    let kept = differences(&given, config);
+    let note = || {
+        format!(
+            "the golden file keeps of its own configuration what nothing that is given says otherwise: {}; take a \
+             line out of its `config` and bless again to drop it",
+            kept.join("; ")
+        )
+    };
+    Ok(Vec::from_iter((!kept.is_empty()).then(note)))
+}
+
 /// What is otherwise on the terms of the comparison.
 fn changed_terms(old: &Golden, new: &Golden) -> Vec<String> {
     let mut notes = Vec::new();
@@ -317,7 +397,7 @@ pub struct Artifacts {
 }
 
 impl Artifacts {
-    /// Writes the golden file that would make the log pass, and the recording, where this tmam writes
+    /// Writes the golden file that would make the log pass, the picture, and the recording, where this tmam writes
     /// recordings. What to mark in that is known only at the end of a replay, so all that it brought about
     /// was kept.
     ///
@@ -330,12 +410,14 @@ impl Artifacts {
         golden: &Golden,
         new: &Golden,
         found: &Comparison,
-    ) -> Result<(PathBuf, Option<PathBuf>), CheckError> {
+    ) -> Result<(PathBuf, Option<PathBuf>, Option<PathBuf>), CheckError> {
+        let [_, picture, path] = artifacts_of(log, &self.directory);
+        let map = &golden.results.map;
+        let picture = draw(&picture, log, (replay, outcome), map, found)?;
         let written = self.write_golden(log, new)?;
         if !viewer::IS_BUILT_IN {
-            return Ok((written, None));
+            return Ok((written, picture, None));
         }
-        let [_, path] = artifacts_of(log, &self.directory);
         let mut out = Output::create(&path)?;
         let setting = replay.setting();
         let over = overlay(golden, &new.results, found, self.around);
@@ -344,7 +426,7 @@ impl Artifacts {
         let carried = carried(&setting, outcome)?;
         recording.close(Some(&carried))?;
         out.commit()?;
-        Ok((written, Some(path)))
+        Ok((written, picture, Some(path)))
     }
 
     /// Writes a golden file that a log could have.
@@ -352,7 +434,7 @@ impl Artifacts {
     /// # Errors
     /// When it cannot be written.
     fn write_golden(&self, log: &Path, golden: &Golden) -> Result<PathBuf, CheckError> {
-        let [path, _] = artifacts_of(log, &self.directory);
+        let [path, ..] = artifacts_of(log, &self.directory);
         write_whole(&path, &golden.render()?)?;
         Ok(path)
     }
@@ -366,10 +448,47 @@ impl Artifacts {
     }
 }
 
-/// The files that may be kept of a log: the golden file that it would get, and the recording.
-pub fn artifacts_of(log: &Path, directory: &Path) -> [PathBuf; 2] {
+/// Draws what differs from a map, where something of it is to be seen; gives back the picture, if there is one.
+fn draw(
+    picture: &Path,
+    log: &Path,
+    (replay, outcome): (&Replay<'_>, &Outcome),
+    map: &[Feature],
+    found: &Comparison,
+) -> Result<Option<PathBuf>, OutputError> {
+    let over = drawn(map, found);
+    let arcs = relabelled(&over, replay.setting().sonars, outcome);
+    if found.elsewhere().next().is_none() && arcs.is_empty() {
+        // One of an earlier blessing shows what that changed.
+        let _ = std::fs::remove_file(picture);
+        return Ok(None);
+    }
+    let name = log.file_name().unwrap_or(log.as_os_str()).to_string_lossy();
+    let quality = found.quality.map(|[then, now]| headline(&then, &now));
+    let (trend, numbers) = quality
+        .as_deref()
+        .and_then(|text| text.split_once(": "))
+        .unzip();
+    let title = [Some(name.as_ref()), trend].into_iter().flatten();
+    let title = inert_line(&title.collect::<Vec<_>>().join(": "));
+    let words = [title.as_ref(), numbers.unwrap_or_default()];
+    let path = replay.path(outcome).into_iter();
+    let path: Vec<Vec2> = path.map(|(_, pose)| pose.position()).collect();
+    let svg = change::draw(words, &path, &over, farthest(found), &arcs);
+    write_whole(picture, svg.to_string().as_bytes())?;
+    Ok(Some(picture.to_owned()))
+}
+
+/// Where a blessing draws what it changed: beside the golden file.
+pub fn picture_of(golden: &Path) -> PathBuf {
+    // Of the two endings of `drive.golden.json`, the last goes.
+    golden.with_extension("svg")
+}
+
+/// The files that may be kept of a log: the golden file that it would get, the picture, and the recording.
+pub fn artifacts_of(log: &Path, directory: &Path) -> [PathBuf; 3] {
     let stem = log.file_stem().unwrap_or(log.as_os_str());
-    [".golden.json.new", ".check.rrd"].map(|extension| {
+    [".golden.json.new", ".check.svg", ".check.rrd"].map(|extension| {
         let mut name = stem.to_owned();
         name.push(extension);
         directory.join(name)

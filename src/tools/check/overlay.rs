@@ -1,16 +1,10 @@
-//! Differences as something to draw.
+//! What to draw over the run of a log that differs, and how much of the run.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use crate::core::wording::counted;
-use crate::observe::drawing::{Overlay, Sketched};
-use crate::tools::golden::{
-    Comparison, Difference, Feature, Geometry, Golden, Results, describe, headlines,
-};
-
-/// More differences than this are counted, not listed.
-const MOST_NOTES: usize = 500;
+use crate::observe::drawing::Overlay;
+use crate::tools::golden::{Comparison, Difference, Golden, Results, drawn, headlines, notes};
 
 /// What to draw over the run of a log that differs.
 pub fn overlay(
@@ -26,72 +20,12 @@ pub fn overlay(
         .filter(|_| !everywhere)
         .map(|around| windows(found, around))
         .filter(|windows| !windows.is_empty());
-    let before = found.elsewhere().filter_map(|one| one.golden.as_ref());
-    let now = found.elsewhere().filter_map(|one| one.actual.as_ref());
     Overlay {
-        golden: golden.results.map.iter().filter_map(sketched).collect(),
-        before: before.filter_map(sketched).collect(),
-        now: now.filter_map(sketched).collect(),
-        labels: labels(found),
         notes: notes(actual, found),
-        first_frame: found.first_frame(),
         about: about(golden, found, around, only.is_some()),
         only,
-        truth: None,
+        ..drawn(&golden.results.map, found)
     }
-}
-
-fn sketched(feature: &Feature) -> Option<Sketched> {
-    Some(Sketched {
-        ends: feature.geometry.ends()?,
-        is_point: matches!(feature.geometry, Geometry::Point { .. }),
-        name: feature.place(),
-    })
-}
-
-fn labels(found: &Comparison) -> BTreeMap<(u32, String), String> {
-    let mut marks = BTreeMap::new();
-    for run in found.differences.iter().filter_map(Difference::labels) {
-        let what = match (run.golden, run.actual) {
-            (Some(then), Some(now)) => format!("{} -> {}", then.name(), now.name()),
-            (None, Some(now)) => format!("new, {}", now.name()),
-            (_, None) => continue,
-        };
-        for frame in run.arcs.iter().filter_map(|arc| arc.frame) {
-            marks.insert((frame, run.sensor.clone()), what.clone());
-        }
-    }
-    marks
-}
-
-fn notes(actual: &Results, found: &Comparison) -> Vec<(u32, i64, String)> {
-    let stamps = actual.labels.iter().flat_map(|labels| &labels.frame_stamps);
-    let stamps: Vec<i64> = stamps.copied().collect();
-    let Some(last) = stamps.last() else {
-        return Vec::new();
-    };
-    let note = |frame: u32, text: String| {
-        let at = usize::try_from(frame).unwrap_or(usize::MAX);
-        (frame, *stamps.get(at).unwrap_or(last), text)
-    };
-    let mut notes: Vec<(u32, i64, String)> = (found.differences.iter().take(MOST_NOTES))
-        .map(|one| {
-            let frame = one.frames().map_or(0, |[first, _]| first);
-            let how = if one.is_borderline() {
-                "borderline: "
-            } else {
-                ""
-            };
-            note(frame, format!("DIFFERS {how}{}", describe(one)))
-        })
-        .collect();
-    notes.sort_by_key(|(frame, ..)| *frame);
-    let all = found.differences.len();
-    if all > MOST_NOTES {
-        let text = format!("DIFFERS in {all} places; {MOST_NOTES} of them are listed");
-        notes.insert(0, note(0, text));
-    }
-    notes
 }
 
 /// The frames of the differences, and `around` more on either side.
@@ -147,7 +81,8 @@ fn about(golden: &Golden, found: &Comparison, around: Option<u32>, narrowed: boo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tools::golden::{LabelRun, Mark, State, StrayedArc, Tolerance, compare};
+    use crate::observe::drawing::Sketched;
+    use crate::tools::golden::{Feature, LabelRun, Mark, State, StrayedArc, Tolerance, compare};
 
     #[test]
     fn only_what_is_elsewhere_is_drawn_as_that_by_its_place() {

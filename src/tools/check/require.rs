@@ -23,6 +23,10 @@ pub enum RequirementError {
         bound: String,
         is_known: bool,
     },
+    #[error(
+        "`{key} = \"{bound}\"` asks for what no log can be: {key} is a share, from 0 to 1, so 80 % is 0.8"
+    )]
+    NoShare { key: String, bound: String },
 }
 
 /// A suite file.
@@ -122,6 +126,12 @@ impl Requirement {
             limit.is_finite().then_some((is_met, limit))
         });
         let (is_met, limit) = parsed.filter(|_| is_known).ok_or_else(unknown)?;
+        if Quality::SHARES.contains(&measure) && !(0.0..=1.0).contains(&limit) {
+            return Err(RequirementError::NoShare {
+                key: measure.to_owned(),
+                bound: text.to_owned(),
+            });
+        }
         Ok(Self {
             measure: measure.to_owned(),
             bound: text.trim().to_owned(),
@@ -174,5 +184,10 @@ mod tests {
         assert!(refused("[require]\nwalls = 'six'").contains("give a bound"));
         assert!(refused("[require]\nwalls = 6").contains("a bound such as"));
         assert!(refused("[requires]").contains("unknown field"));
+        for share in ["explained = '>= 80'", "wrong_labels = '< -0.1'"] {
+            let said = refused(&format!("[require]\n{share}"));
+            assert!(said.contains("a share, from 0 to 1"), "{said}");
+        }
+        assert!(Requirements::parse("[require]\nexplained = '>= 1'\nnees = '< 2'").is_ok());
     }
 }

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::job::{Artifacts, Job, Terms, artifacts_of};
+use super::job::{Artifacts, Job, Terms, artifacts_of, picture_of};
+use super::renamed::renamed;
 use super::report::{CheckError, Report};
 use super::require::Requirements;
 use crate::io::output::OutputError;
@@ -58,7 +59,9 @@ impl Options {
         let golden = self.logs.iter().map(|log| golden_file(&self.golden, log));
         let artifacts = self.artifacts.iter();
         let kept = artifacts.flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)));
-        let written: BTreeSet<PathBuf> = golden.chain(kept).collect();
+        let pictures = self.logs.iter().filter(|_| self.bless);
+        let pictures = pictures.map(|log| picture_of(&golden_file(&self.golden, log)));
+        let written: BTreeSet<PathBuf> = golden.chain(kept).chain(pictures).collect();
         let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
         let outputs = written.iter().map(|path| Some(path.as_path()));
         let json = json.then(|| Path::new("-"));
@@ -125,14 +128,17 @@ impl Suite {
                 name: name.to_owned(),
             });
         }
+        let mut left = left(&options.golden, &logs);
+        let mut renamed = renamed(&logs, &left);
+        left.retain(|golden| !renamed.values().any(|one| one == golden));
         // Of a suite in parts, all the parts know all the logs, and the first one tells.
         let tells = !options.bless && partition.is_none_or(|part| part.index == 1);
-        let notes = if tells {
-            unused(&options.golden, &logs)
-        } else {
-            Vec::new()
-        };
-        let jobs = logs.into_iter().map(|(golden, log)| Job { log, golden });
+        let notes = if tells { unused(left) } else { Vec::new() };
+        let jobs = logs.into_iter().map(|(golden, log)| Job {
+            renamed: renamed.remove(&golden),
+            log,
+            golden,
+        });
         let jobs = match partition {
             Some(partition) => partition.of(jobs).collect(),
             None => jobs.collect(),
@@ -171,7 +177,7 @@ impl Suite {
         jobs.map(|job| {
             let begun = Instant::now();
             let mut report = if options.bless {
-                job.bless(&options.layers, &options.tolerances)
+                job.bless(&options.layers, &options.tolerances, &self.required)
             } else {
                 job.check(&terms)
             };
@@ -215,27 +221,35 @@ fn make(directory: &Path) -> Result<(), OutputError> {
     })
 }
 
-/// Golden files that no log of this run has: what they hold is not being checked.
-fn unused(directory: &Path, logs: &BTreeMap<PathBuf, PathBuf>) -> Vec<String> {
-    /// More of them are counted, not named.
-    const NAMED: usize = 20;
+/// Golden files that no log of this run is called after.
+fn left(directory: &Path, logs: &BTreeMap<PathBuf, PathBuf>) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
     let is_golden = |path: &PathBuf| path.to_string_lossy().ends_with(".golden.json");
-    let mut unused: Vec<String> = entries
-        .map(|entry| entry.path())
+    let paths = entries.map(|entry| entry.path());
+    let mut left: Vec<PathBuf> = paths
         .filter(|path| is_golden(path) && !logs.contains_key(path))
-        .map(|path| path.display().to_string())
         .collect();
-    if unused.is_empty() {
+    left.sort();
+    left
+}
+
+/// What golden files hold for which there is no log is not being checked.
+fn unused(left: Vec<PathBuf>) -> Vec<String> {
+    /// More of them are counted, not named.
+    const NAMED: usize = 20;
+    if left.is_empty() {
         return Vec::new();
     }
-    unused.sort();
-    let more = match unused.len().saturating_sub(NAMED) {
+    let more = match left.len().saturating_sub(NAMED) {
         0 => String::new(),
         n => format!(" and {n} more"),
     };
-    unused.truncate(NAMED);
-    vec![format!("no log was given for {}{more}", unused.join(", "))]
+    let named = left
+        .iter()
+        .take(NAMED)
+        .map(|path| path.display().to_string());
+    let named = named.collect::<Vec<_>>().join(", ");
+    vec![format!("no log was given for {named}{more}")]
 }
 
 /// Part `index` of `count` of a big suite, counted from 1: the parts run beside each other.

@@ -1,5 +1,6 @@
 //! The report as Markdown, for the page of a CI job.
 
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 
 use super::report::Report;
@@ -50,10 +51,14 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
     if !reports.is_empty() {
         text.push_str(HEAD);
     }
-    let known = reports.iter().filter_map(quality);
-    let (then, now): (Vec<Quality>, Vec<Quality>) = known.unzip();
-    if then.len() > 1 {
-        let all = (Quality::of_all(&then), Quality::of_all(&now));
+    let known: Vec<(Option<Quality>, Quality)> = reports.iter().filter_map(quality).collect();
+    if known.len() > 1 {
+        let now: Vec<Quality> = known.iter().map(|(_, now)| *now).collect();
+        let then = known.iter().map(|(then, now)| then.unwrap_or(*now));
+        let then: Vec<Quality> = then.collect();
+        let is_old = known.iter().any(|(then, _)| then.is_some());
+        let then_all = is_old.then(|| Quality::of_all(&then));
+        let all = (then_all, Quality::of_all(&now));
         let _ = writeln!(text, "| **all {}** | | {} | |", then.len(), columns(&all));
     }
     // Those that need somebody's eye come first where not all have room.
@@ -94,19 +99,21 @@ fn row(report: &Report) -> String {
     )
 }
 
-/// How good a log's results were and are; where it is not known what they were, as they are.
-fn quality(report: &Report) -> Option<(Quality, Quality)> {
+/// How good a log's results were, where that is known, and are.
+fn quality(report: &Report) -> Option<(Option<Quality>, Quality)> {
     let now = report.quality?;
     let found = report.compared.as_ref().map(|compared| &compared.found);
     let then = found.and_then(|found| found.quality).map(|[then, _]| then);
-    Some((then.unwrap_or(now), now))
+    Some((then, now))
 }
 
 /// Whether it got better, and its numbers, then and now.
-fn columns((then, now): &(Quality, Quality)) -> String {
-    let numbers = then.columns().into_iter().zip(now.columns());
+fn columns((then, now): &(Option<Quality>, Quality)) -> String {
+    let trend = then.map_or("new", |then| now.trend(&then).name());
+    let numbers = then.unwrap_or(*now).columns().into_iter();
+    let numbers = numbers.zip(now.columns());
     let numbers = numbers.map(|(then, now)| from_to(&then, &now).replace("->", "→"));
-    let trend = std::iter::once(now.trend(then).name().to_owned());
+    let trend = std::iter::once(trend.to_owned());
     trend.chain(numbers).collect::<Vec<_>>().join(" | ")
 }
 
@@ -171,7 +178,12 @@ fn details(report: &Report, strict: bool) -> String {
     }
     for path in &report.artifacts {
         let name = path.file_name().unwrap_or(path.as_os_str());
-        let _ = writeln!(text, "- artefact {}", code(&name.to_string_lossy()));
+        let what = match path.extension().and_then(OsStr::to_str) {
+            Some("svg") => "the map before and after",
+            Some("rrd") => "the recording, which opens at the first difference",
+            _ => "the golden file that would match",
+        };
+        let _ = writeln!(text, "- {what}: {}", code(&name.to_string_lossy()));
     }
     text
 }

@@ -40,13 +40,9 @@ pub fn report(report: &Report, shown: usize, strict: bool) -> String {
     for note in &report.notes {
         say(4, &format!("note: {note}"));
     }
-    match report.result {
-        CheckResult::Blessed => say(4, &format!("wrote {}", report.golden.display())),
-        _ => {
-            for path in &report.artifacts {
-                say(4, &format!("wrote {}", path.display()));
-            }
-        }
+    let blessed = (report.result == CheckResult::Blessed).then_some(&report.golden);
+    for path in blessed.into_iter().chain(&report.artifacts) {
+        say(4, &format!("wrote {}", path.display()));
     }
     text
 }

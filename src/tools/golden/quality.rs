@@ -55,6 +55,9 @@ impl Trend {
 }
 
 impl Quality {
+    /// The measures that are shares, from 0 to 1.
+    pub const SHARES: [&'static str; 2] = ["explained", "wrong_labels"];
+
     /// Of a replay whose map has so many confirmed lines and points; nothing is known of the truth.
     pub fn of(outcome: &Outcome, [walls, points]: [u64; 2]) -> Self {
         let bits = Bits::of(outcome);

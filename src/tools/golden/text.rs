@@ -169,8 +169,10 @@ fn feature_text(difference: &FeatureDifference) -> String {
     if let Some(sensor) = &feature.sensor {
         name = format!("{sensor}, {name}");
     }
-    // What is in neither recording nor features.json has no number there.
-    if let (Some(now), None) = (&difference.actual, &feature.sensor) {
+    // What is in neither recording nor features.json has no number there, nor has what comes from a golden file.
+    let is_numbered = |now: &&Feature| now.frames.is_some() || now.seconds.is_none();
+    let now = difference.actual.as_ref().filter(is_numbered);
+    if let (Some(now), None) = (now, &feature.sensor) {
         let _ = write!(name, ", now {} {}", now.kind().name(), now.id);
     }
     match difference.state {

@@ -29,13 +29,15 @@ h1{font-size:1.5rem;margin:0}h2{font-size:1.15rem;margin:1.8rem 0 .5rem}p{margin
 .numbers div{border:1px solid #d5dae1;border-radius:6px;padding:.4rem .8rem;min-width:6rem}\
 .numbers b{display:block;font-size:1.5rem}.bad b{color:#d4002a}\
 .said{border-left:4px solid #d4002a;padding:.3rem .8rem;background:#fdf1f3}\
-figure{margin:0;border:1px solid #d5dae1;border-radius:6px}svg{display:block;width:100%;height:auto}\
+figure{margin:.8rem 0;border:1px solid #d5dae1;border-radius:6px}svg{display:block;width:100%;height:auto}\
 figcaption{padding:.4rem .8rem;color:#566;font-size:.9rem}\
 .wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:.92rem}\
 th,td{text-align:left;padding:.25rem .6rem;border-bottom:1px solid #e3e6ea;white-space:nowrap}\
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}\
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}td.words{white-space:normal}\
 pre{background:#f3f5f7;padding:.6rem .8rem;border-radius:6px;overflow-x:auto;font-size:.88rem}\
-@media print{body{margin:0;max-width:none}figure,table{break-inside:avoid}}";
+h2{break-after:avoid}@media print{body{margin:0;max-width:none}figure,tr{break-inside:avoid}}\
+@media(max-width:600px){th,td{padding:.25rem .35rem;font-size:.85rem}.numbers div{padding:.3rem .6rem;min-width:5rem}\
+svg .number{font-size:24px}svg .id,svg .named{font-size:28px}}";
 
 /// The page of a replay. `path` is where the robot went; `named` is the log with the flags of the configuration,
 /// as one types them; `problems` is what a person must know of the log.
@@ -84,7 +86,7 @@ pub fn page(
     let _ = writeln!(
         html,
         "<figure>{}<figcaption>Seen from above, metres in the odometry frame. Black: walls, orange: corners, both \
-         with their ids; grey: tentative; green: the path; red: arcs whose label is contradicted.\
+         with their ids where there is room; grey: tentative; green: the path; red: arcs whose label is contradicted.\
          </figcaption></figure>",
         map::draw(path, outcome, &arcs)
     );
@@ -156,7 +158,8 @@ fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
         let arc = &report.arc;
         let _ = writeln!(
             html,
-            "<tr><td class=\"n\">{}</td><td class=\"n\">{:.2}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><td class=\"n\">{}</td><td class=\"n\">{:.2}</td><td>{}</td><td>{}</td>\
+             <td class=\"words\">{}</td></tr>",
             arc.id.frame,
             seconds(setting.origin_ns, arc.stamp_ns),
             shown(name_of(setting.sonars, arc.id.sonar)),

@@ -129,7 +129,7 @@ fn what_an_earlier_run_left_goes_first() {
     let check = ["check", &log, "--golden", "golden", "--artifacts", "out"];
     let run = tmam(&bench, &check, &[]);
     assert!(run.stdout.contains("1 log: 1 differs\n"), "{}", run.stdout);
-    assert_eq!(fs::read_dir(bench.path("out")).unwrap().count(), 2);
+    assert_eq!(fs::read_dir(bench.path("out")).unwrap().count(), 3);
     bench.put("golden/room_drive.golden.json", b"{");
     assert_eq!(tmam(&bench, &check, &[]).code, 2);
     assert_eq!(fs::read_dir(bench.path("out")).unwrap().count(), 0);

@@ -212,9 +212,102 @@ fn folders_are_compared_by_the_names_of_their_files() {
     bench.put("two/other.features.json", &bytes);
     let run = diff(&bench, &["one", "two"]);
     assert_eq!(run.code, 1, "{}{}", run.stdout, run.stderr);
-    let alone = "two/other.features.json has nothing of its name beside it";
+    let alone = "two/other.features.json has nothing of its name or its drive beside it";
     assert!(run.stdout.contains(alone), "{}", run.stdout);
     let said: Value =
         serde_json::from_str(&diff(&bench, &["one", "two", "--json"]).stdout).unwrap();
     assert_eq!(said["pairs"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn folders_that_hold_nothing_and_a_folder_against_a_file_are_refused() {
+    let (bench, golden) = with_features();
+    for folder in ["empty", "full", "notes"] {
+        std::fs::create_dir(bench.path(folder)).unwrap();
+    }
+    bench.put("notes/readme.md", b"");
+    bench.put("full/drive.golden.json", std::fs::read(&golden).unwrap());
+    for (a, b, said) in [
+        ("empty", "notes", "empty holds no results"),
+        ("full", "empty", "empty holds no results"),
+        ("full", golden.as_str(), "full is a folder of several files"),
+        (&golden, "full", "Give two folders"),
+    ] {
+        let run = diff(&bench, &[a, b]);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{a} {b}");
+        assert!(run.stderr.contains(said), "{a} {b}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn a_file_that_was_renamed_is_found_in_the_other_folder_by_its_drive() {
+    let (bench, golden) = with_features();
+    for folder in ["one", "two"] {
+        std::fs::create_dir(bench.path(folder)).unwrap();
+    }
+    bench.put("one/monday.golden.json", std::fs::read(&golden).unwrap());
+    std::fs::copy(sample("room_drive.mcap"), bench.path("two/drive.mcap")).unwrap();
+    std::fs::copy(sample("room_step.mcap"), bench.path("two/step.mcap")).unwrap();
+    let run = diff(&bench, &["one", "two"]);
+    assert_eq!(run.code, 1, "{}{}", run.stdout, run.stderr);
+    for said in [
+        "two/drive.mcap was replayed with the configuration in one/monday.golden.json",
+        "nothing differs beyond the tolerances",
+        "two/step.mcap has nothing of its name or its drive beside it",
+    ] {
+        assert!(run.stdout.contains(said), "{said}: {}", run.stdout);
+    }
+}
+
+#[test]
+#[cfg(feature = "viewer")]
+fn what_differs_is_recorded_over_the_run_of_b_or_as_two_maps() {
+    let (bench, golden) = with_features();
+    let log = path_of("room_drive.mcap");
+    let gamma = ["--gamma", "6"];
+    let over_the_run = [&[golden.as_str(), log.as_str()][..], &gamma].concat();
+    std::fs::create_dir(bench.path("one")).unwrap();
+    bench.put("one/drive.golden.json", std::fs::read(&golden).unwrap());
+    std::fs::create_dir(bench.path("two")).unwrap();
+    bench.put("two/drive.json", bench.bytes("drive.features.json"));
+    for arguments in [
+        over_the_run.clone(),
+        vec![&golden, "drive.features.json"],
+        vec!["one", "two"],
+    ] {
+        let with = |out| [&arguments[..], &["-o", out]].concat();
+        let (first, second) = (diff(&bench, &with("a.rrd")), diff(&bench, &with("b.rrd")));
+        assert!(first.code < 2, "{arguments:?}: {}", first.stderr);
+        assert_eq!(first.code, second.code);
+        assert!(
+            first.stdout.contains("wrote      a.rrd"),
+            "{}",
+            first.stdout
+        );
+        assert_eq!(bench.bytes("a.rrd"), bench.bytes("b.rrd"), "{arguments:?}");
+        assert!(bench.bytes("a.rrd").starts_with(b"RRF"));
+    }
+    // That of a run carries its results, and says so; that of two maps shows no run.
+    let run = diff(&bench, &["a.rrd", &golden]);
+    assert!(
+        run.stderr.contains("a sweep or a comparison"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(
+        diff(&bench, &[&over_the_run[..], &["-o", "run.rrd"]].concat()).code,
+        1
+    );
+    let again = diff(&bench, &[&[golden.as_str(), "run.rrd"][..]].concat());
+    assert_eq!(again.code, 1, "{}", again.stderr);
+    // None takes the place of what is compared.
+    for (arguments, out) in [
+        (vec!["drive.features.json", "a.rrd"], "a.rrd"),
+        (vec!["one", "two"], "two/drive.json"),
+    ] {
+        let before = bench.bytes(out);
+        let run = diff(&bench, &[&arguments[..], &["-o", out]].concat());
+        assert_eq!(run.code, 2, "{}", run.stdout);
+        assert_eq!(bench.bytes(out), before);
+    }
 }

@@ -82,7 +82,10 @@ fn recordings_without_results_are_told_apart() {
     let error = find(&recording(None)).unwrap_err();
     assert!(matches!(error, CarriedError::Nothing { .. }), "{error}");
     // Of this very tmam nobody need be told that it may be older.
-    assert_eq!(error.to_string(), "it carries no results: it shows a sweep");
+    assert_eq!(
+        error.to_string(),
+        "it carries no results: it shows a sweep or a comparison"
+    );
 
     let (stream, storage) = rerun::RecordingStreamBuilder::new("elsewhere")
         .memory()
