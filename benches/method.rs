@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use tmam_replay::core::config::{Config, Rule};
+use tmam_replay::core::config::{Config, Method, Poses, Rule};
 use tmam_replay::core::event::SonarId;
 use tmam_replay::core::geometry::{Pose2, Vec2, direction};
 #[cfg(feature = "viewer")]
@@ -134,6 +134,21 @@ fn encode_of_the_sample_log(bencher: Bencher<'_, '_>) {
 #[divan::bench(args = ["paper", "noise-aware"])]
 fn replay_of_the_sample_log(bencher: Bencher<'_, '_>, rule: &str) {
     let config = config(rule);
+    let log = read(&sample(), &config).unwrap();
+    let replay = Replay::new(&log, &config).unwrap();
+    bencher.bench_local(|| replay.run(&mut []).unwrap());
+}
+
+/// The methods on one log; TMAM at the poses of odometry, as the others.
+#[divan::bench(args = [
+    Method::Tmam, Method::TwoMeasurement, Method::Tbf, Method::Atm, Method::Rcd, Method::Crowley,
+])]
+fn methods(bencher: Bencher<'_, '_>, method: Method) {
+    let config = Config {
+        method,
+        poses: Poses::Odometry,
+        ..Config::default()
+    };
     let log = read(&sample(), &config).unwrap();
     let replay = Replay::new(&log, &config).unwrap();
     bencher.bench_local(|| replay.run(&mut []).unwrap());

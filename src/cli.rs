@@ -16,6 +16,7 @@ mod named;
 mod parameters;
 mod replay;
 mod report;
+mod reproduce;
 mod simulate;
 mod sweep;
 
@@ -54,6 +55,7 @@ enum Command {
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
     Report(Box<report::Args>),
+    Reproduce(Box<reproduce::Args>),
     Sweep(Box<sweep::Args>),
     Simulate(Box<simulate::Args>),
     Config(Box<config::Args>),
@@ -78,6 +80,7 @@ impl Cli {
             Command::Check(args) => args.run(),
             Command::Diff(args) => args.run(),
             Command::Report(args) => args.run(),
+            Command::Reproduce(args) => args.run(),
             Command::Sweep(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Config(args) => args.run(),

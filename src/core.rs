@@ -11,6 +11,7 @@ pub mod joint;
 pub mod least_explained;
 pub mod legible;
 pub mod log;
+pub mod methods;
 pub mod noise_estimate;
 pub mod observer;
 pub mod odometry;

@@ -10,6 +10,7 @@ pub mod golden;
 pub mod info;
 pub mod map_file;
 pub mod report;
+pub mod reproduce;
 pub mod simulate;
 pub mod sweep;
 mod tables;

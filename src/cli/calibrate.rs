@@ -42,7 +42,7 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
-        let config = self.parameters.configuration()?;
+        let config = self.parameters.of_tmam("calibrate")?;
         if let Some(path) = &self.write {
             Output::try_out(path)?;
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::check::Compared;
-use super::parameters::{Parameters, assignment};
+use super::parameters::{MethodName, Parameters, assignment};
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
@@ -38,6 +38,7 @@ Examples:
   tmam diff monday.rrd tuesday.rrd                          what two recordings carry
   tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
   tmam diff drive.mcap --set-b frames.step=0.15             one log under two configurations
+  tmam diff drive.mcap --method-a tmam --method-b tbf       one log by two methods
   tmam diff golden/drive.golden.json drive.mcap
   tmam diff out-main out-branch                             two folders, by the names of their files
   tmam diff monday.rrd tuesday.rrd -o both.rrd              both maps over each other"
@@ -45,8 +46,8 @@ Examples:
 pub struct Args {
     /// A log, a recording, a features.json or a golden file; or a folder of them, against another one
     a: PathBuf,
-    /// Another one [default: the same log, with --config-b or --set-b]
-    #[arg(required_unless_present_any = ["config_b", "set_b"])]
+    /// Another one [default: the same log, with --config-b, --set-b or --method-b]
+    #[arg(required_unless_present_any = ["config_b", "set_b", "method_a", "method_b"])]
     b: Option<PathBuf>,
     /// Configuration file for B
     #[arg(long, value_name = "FILE.toml")]
@@ -54,6 +55,12 @@ pub struct Args {
     /// A key of the configuration that is otherwise for B, repeatable: triple.gamma=8
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set_b: Vec<String>,
+    /// Method that A is replayed with [default: that of both]
+    #[arg(long, value_name = "METHOD", value_enum)]
+    method_a: Option<MethodName>,
+    /// Method that B is replayed with [default: that of both]
+    #[arg(long, value_name = "METHOD", value_enum)]
+    method_b: Option<MethodName>,
     /// Write a recording for the Rerun viewer here: the differences over the run of B where B is a log, else both
     /// maps over each other
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
@@ -79,12 +86,18 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<Exit, Error> {
+        let mut both = self.parameters.layers()?;
+        both.extend(self.method_a.map(MethodName::layer));
+        let mut b = self
+            .parameters
+            .varied_layers(self.config_b.clone(), &self.set_b)?;
+        b.extend(self.method_b.map(MethodName::layer));
+        let b_differs =
+            self.config_b.is_some() || !self.set_b.is_empty() || self.method_b.is_some();
         let terms = Terms {
-            both: self.parameters.layers()?,
-            b: self
-                .parameters
-                .varied_layers(self.config_b.clone(), &self.set_b)?,
-            b_differs: self.config_b.is_some() || !self.set_b.is_empty(),
+            both,
+            b,
+            b_differs,
             tolerances: self.tolerance.clone(),
             only_map: self.compare == Compared::Map,
             drawn: self.output.is_some(),

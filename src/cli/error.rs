@@ -15,6 +15,7 @@ use crate::tools::diff::DiffError;
 use crate::tools::evaluate::TruthError;
 use crate::tools::explain::ExplainError;
 use crate::tools::fleet::{Failure, FleetError};
+use crate::tools::reproduce::ReproduceError;
 use crate::tools::simulate::SimulateError;
 use crate::tools::sweep::SweepError;
 
@@ -79,6 +80,14 @@ pub enum Error {
         /// What is wrong with it.
         source: ConfigError,
     },
+    /// Another method, for a command that looks into TMAM.
+    #[error(
+        "`tmam {command}` looks into TMAM alone: leave --method and `method` in the configuration out"
+    )]
+    OfTmamAlone {
+        /// The command.
+        command: &'static str,
+    },
     /// A sweep.
     #[error(transparent)]
     Sweep(#[from] SweepError),
@@ -113,6 +122,9 @@ pub enum Error {
     /// A comparison that cannot begin.
     #[error(transparent)]
     Diff(#[from] DiffError),
+    /// An experiment that cannot be made again.
+    #[error(transparent)]
+    Reproduce(#[from] ReproduceError),
     /// A report that cannot be formed.
     #[error("cannot form the report: {0}")]
     Report(#[from] std::io::Error),

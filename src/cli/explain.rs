@@ -80,7 +80,7 @@ impl Args {
     pub fn run(mut self) -> Result<Exit, Error> {
         // Here --sensor names an arc; it does not keep readings out of the replay.
         let sonars = self.parameters.take_sensors();
-        let config = self.parameters.configuration()?;
+        let config = self.parameters.of_tmam("explain")?;
         let (log, recorded) = log::read_with_truth(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
         let setting = replay.setting();

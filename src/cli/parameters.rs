@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use toml::{Table, Value};
 
 use crate::cli::error::Error;
-use crate::core::config::Config;
+use crate::core::config::{Config, Method};
 use crate::core::legible::one_line;
 use crate::io::config::file::{ConfigError, check, layered, overridden, parse_layers};
 use crate::io::text_file::read_text;
@@ -41,14 +41,17 @@ pub struct Parameters {
     set: Vec<String>,
 }
 
-/// What has no number to sweep: the file, the rule, the poses, and what is chosen of the log.
+/// What has no number to sweep: the file, the method, the rule, the poses, and what is chosen of the log.
 #[derive(Debug, Clone, Default, PartialEq, Args)]
 #[command(next_help_heading = "Parameters")]
 pub struct Selection {
     /// Configuration file; `tmam config` prints one with every key
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// How arcs are labelled and features fused [default: noise-aware]
+    /// What makes the map: TMAM, or a method that its paper discusses [default: tmam]
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
+    /// How TMAM labels arcs and fuses features [default: noise-aware]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
     /// Where the robot's poses come from; the paper's rule takes odometry's [default: joint]
@@ -72,6 +75,22 @@ pub struct Selection {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+pub(super) enum MethodName {
+    /// Three measurements association model
+    Tmam,
+    /// Two measurements, the model that TMAM replaces
+    TwoMeasurement,
+    /// Triangulation-based fusion (Wijk and Christensen)
+    Tbf,
+    /// Arc-transversal median (Choset and Nagatani)
+    Atm,
+    /// Regions of constant depth (Leonard); the robot must turn on the spot
+    Rcd,
+    /// Three aligned readings (Crowley)
+    Crowley,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
 enum RuleName {
     /// The paper's rule, with its errors corrected
     Paper,
@@ -85,6 +104,16 @@ enum PosesName {
     Odometry,
     /// Odometry and ranges together, estimated with the features
     Joint,
+}
+
+impl MethodName {
+    /// As a text of a configuration file.
+    pub fn layer(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| {
+            format!("method = \"{}\"", value.get_name())
+        })
+    }
 }
 
 /// A flag: its name, the key of the configuration that it stands for, and its value if it is given.
@@ -108,6 +137,18 @@ impl Parameters {
     /// A file that cannot be read, and whatever is not allowed in it or in the flags.
     pub fn configuration(&self) -> Result<Config, Error> {
         self.selection.with_flags(&self.set, &self.flags())
+    }
+
+    /// The same for a command that looks into TMAM.
+    ///
+    /// # Errors
+    /// As [`Parameters::configuration`], and where another method is asked for.
+    pub fn of_tmam(&self, command: &'static str) -> Result<Config, Error> {
+        let config = self.configuration()?;
+        let of_tmam = config.method == Method::Tmam;
+        of_tmam
+            .then_some(config)
+            .ok_or(Error::OfTmamAlone { command })
     }
 
     /// What is given, for a command that puts it over a configuration of its own: texts as of a
@@ -174,7 +215,7 @@ impl Parameters {
         ];
         let numbers = numbers.map(|(name, key, number)| (name, key, number.map(Value::from)));
         let mut flags = self.selection.flags();
-        flags.splice(2..2, numbers);
+        flags.splice(3..3, numbers);
         flags
     }
 }
@@ -212,11 +253,14 @@ impl Selection {
     }
 
     fn flags(&self) -> Vec<Flag> {
+        let method = self.method.and_then(|method| method.to_possible_value());
         let rule = self.rule.and_then(|rule| rule.to_possible_value());
         let poses = self.poses.and_then(|poses| poses.to_possible_value());
-        let [rule, poses] = [rule, poses].map(|name| Some(Value::from(name?.get_name())));
+        let [method, rule, poses] =
+            [method, rule, poses].map(|name| Some(Value::from(name?.get_name())));
         let globs = |globs: &[String]| (!globs.is_empty()).then(|| Value::from(globs.to_vec()));
         vec![
+            ("method", "method", method),
             ("rule", "rule", rule),
             ("poses", "poses", poses),
             ("start", "input.start", self.start.map(Value::from)),

@@ -28,6 +28,7 @@ use crate::tools::simulate::{
     after_help = "Examples:
   tmam simulate -o room.mcap                       the paper's room in 150 steps, without noise
   tmam simulate -o room.mcap --drive --noise 0.003
+  tmam simulate -o scans.mcap --step 0.6 --scan 2   dense scans, for --method rcd
   tmam simulate -o rough.mcap --drive --noise 0.003 --diffuse 0.3 --cross-talk 0.05
   tmam simulate -o turned.mcap --drive --noise 0.003 --needs sonar.sonar_04.yaw=93
   tmam simulate -o late.mcap --drive --noise 0.003 --needs input.range_delay=0.1
@@ -94,6 +95,15 @@ pub struct Args {
     /// Time between steps, seconds
     #[arg(long, value_name = "S", default_value_t = Stepwise::default().interval, conflicts_with = "drive", help_heading = "Motion")]
     step_interval: f64,
+
+    /// At each step turn once round, and let all sonars fire after each turn by this, degrees: a dense scan
+    #[arg(
+        long,
+        value_name = "DEG",
+        conflicts_with = "drive",
+        help_heading = "Motion"
+    )]
+    scan: Option<f64>,
 
     /// Driving speed, metres per second
     #[arg(long, value_name = "M/S", default_value_t = Driving::default().speed, requires = "drive", help_heading = "Motion")]
@@ -232,6 +242,7 @@ impl TryFrom<Args> for Simulation {
                 step: args.step,
                 steps: args.steps,
                 interval: args.step_interval,
+                scan: args.scan.map(f64::to_radians),
             })
         };
         let path = args.waypoints.unwrap_or_else(Path::room);

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use channel::ChannelFields;
 
-/// How arcs are labelled and features fused.
+/// How TMAM labels arcs and fuses features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rule {
@@ -19,6 +19,24 @@ pub enum Rule {
     Paper,
     /// What the readings support within their noise (`docs/algorithm.md`): the default.
     NoiseAware,
+}
+
+/// What makes a map of the frames (`core/methods`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Three measurements: the default.
+    Tmam,
+    /// Two measurements, the model that TMAM replaces.
+    TwoMeasurement,
+    /// Triangulation-based fusion, of Wijk and Christensen.
+    Tbf,
+    /// The arc-transversal median, of Choset and Nagatani.
+    Atm,
+    /// Regions of constant depth, of Leonard.
+    Rcd,
+    /// Three aligned readings, of Crowley.
+    Crowley,
 }
 
 /// Where the robot's poses come from.
@@ -36,7 +54,9 @@ pub enum Poses {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
-    /// How arcs are labelled and features fused.
+    /// What makes a map of the frames. All but TMAM take odometry's poses, and have no map that predicts.
+    pub method: Method,
+    /// How TMAM labels arcs and fuses features.
     pub rule: Rule,
     /// Where the robot's poses come from.
     pub poses: Poses,
@@ -346,6 +366,20 @@ impl SonarOverride {
     /// Whether it says anything of the mount.
     pub fn has_mount(&self) -> bool {
         self.x.is_some() || self.y.is_some() || self.yaw.is_some()
+    }
+}
+
+impl Method {
+    /// The word in files and for `--method`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tmam => "tmam",
+            Self::TwoMeasurement => "two-measurement",
+            Self::Tbf => "tbf",
+            Self::Atm => "atm",
+            Self::Rcd => "rcd",
+            Self::Crowley => "crowley",
+        }
     }
 }
 

@@ -11,7 +11,7 @@ pub use stretch::Stretch;
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
-use crate::core::config::{Config, Poses, Rule, SIGMA_UNKNOWN, Triple};
+use crate::core::config::{Config, Method, Poses, Rule, SIGMA_UNKNOWN, Triple};
 use crate::core::digest::sha256;
 use crate::core::event::{Events, OdometrySample, RangeReading, name_of};
 use crate::core::frames::{Frame, Framer, Tally};
@@ -19,6 +19,7 @@ use crate::core::geometry::{Pose2, Vec2};
 use crate::core::joint::path::CorrectedPath;
 use crate::core::joint::{self, Evidence, JointEstimate, OdometryKept};
 use crate::core::log::Log;
+use crate::core::methods;
 use crate::core::noise_estimate::{NoiseEstimator, VarianceFrom};
 use crate::core::observer::{Observer, Setting, Source};
 use crate::core::odometry::Track;
@@ -92,7 +93,8 @@ impl<'a> Replay<'a> {
             .min_by(|a, b| a.beam_width.total_cmp(&b.beam_width));
         // Where angles do not decide, a gate that nobody asked for is no reason to refuse a log.
         let gamma = config.triple.gamma;
-        let gated = !config.departures().label_by_opinion || gamma != Triple::default().gamma;
+        let by_angles = config.method == Method::Tmam && !config.departures().label_by_opinion;
+        let gated = by_angles || gamma != Triple::default().gamma;
         let too_narrow = |r: &&RangeReading| gated && r.beam_width <= gamma;
         if let Some(reading) = narrowest.filter(too_narrow) {
             return Err(ReplayError::GammaBeyondBeam {
@@ -200,10 +202,9 @@ impl<'a> Replay<'a> {
             .as_ref()
             .and_then(|found| Some(&found.as_ref().ok()?.path));
         let frames = self.frames_at(path);
-        let mut predicting = match self.config.rule {
-            Rule::NoiseAware => None,
-            Rule::Paper => Some(Tmam::new(&self.noise_aware())),
-        };
+        let of_tmam = self.config.method == Method::Tmam;
+        let mut predicting =
+            (of_tmam && self.config.rule == Rule::Paper).then(|| Tmam::new(&self.noise_aware()));
         let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &frames);
         let mut show = |frame: &Frame, step: &Step| {
             if let Some(beside) = &mut predicting {
@@ -221,11 +222,13 @@ impl<'a> Replay<'a> {
                 (last, map)
             }
             None => {
-                let mut tmam = Tmam::new(&self.config);
+                let mut mapper = methods::of(&self.config);
                 for frame in frames.iter() {
-                    show(frame, &tmam.step(frame))?;
+                    show(frame, &mapper.step(frame))?;
                 }
-                (tmam.finish(), tmam.map().features().to_vec())
+                let last = mapper.finish();
+                outcome.lacking = mapper.lacking();
+                (last, mapper.features().to_vec())
             }
         };
         if let Some(beside) = &mut predicting {
@@ -245,7 +248,9 @@ impl<'a> Replay<'a> {
             step.settled.extend(&joint.features);
             step.closures.extend(&joint.closures);
         }
+        // What a rival maps does not say what should have echoed.
         let map = match joint {
+            _ if !of_tmam => &[],
             Some(joint) => joint.features_given_path.as_slice(),
             None => (predicting.as_ref()).map_or(&*features, |beside| beside.map().features()),
         };
@@ -253,7 +258,7 @@ impl<'a> Replay<'a> {
         let reach = Reach::of(self.config.map.max_wall_gap);
         let prediction = MapPrediction::new(map, &reach);
         for report in &mut step.reports {
-            report.map = Some(prediction.predict(&report.arc));
+            report.map = of_tmam.then(|| prediction.predict(&report.arc));
         }
         for observer in observers {
             observer.finish(&step)?;
@@ -285,7 +290,9 @@ impl<'a> Replay<'a> {
     /// Poses and features estimated together, from replays at ever better poses; nothing where the poses
     /// are to be those of odometry.
     fn poses(&self) -> SettledPoses {
-        if (self.config.rule, self.config.poses) != (Rule::NoiseAware, Poses::Joint) {
+        let config = &self.config;
+        let asked = (config.method, config.rule, config.poses);
+        if asked != (Method::Tmam, Rule::NoiseAware, Poses::Joint) {
             return SettledPoses::default();
         }
         let mut before: Option<JointEstimate> = None;

@@ -157,7 +157,7 @@ fn extract(id: u32, run: Run, fit: Fit, map: &mut Map, gate: &Gate) -> Extractio
         residual_rms: fit.residual_rms,
         iterations: fit.iterations,
         converged: fit.converged,
-        opinion: HypothesisTest::of(&used, gate),
+        opinion: Some(HypothesisTest::of(&used, gate)),
         outliers: fit.outliers,
         action,
         map_feature,

@@ -6,7 +6,7 @@ use crate::core::calibrate::candidate::Estimated;
 use crate::core::calibrate::change::Change;
 use crate::core::calibrate::parameter::{Parameter, Quantity, Whose};
 use crate::core::calibrate::search::{Cause, Effort, Search, Standing, search};
-use crate::core::config::{Config, Rule};
+use crate::core::config::{Config, Method, Rule};
 use crate::core::event::{Events, SonarId, name_of};
 use crate::core::legible::one_line;
 use crate::core::replay::{CauseTold, Outcome, Replay};
@@ -217,11 +217,11 @@ pub fn all(search: &Search, events: &Events, config: &Config) -> Vec<CauseTold> 
     causes.collect()
 }
 
-/// What is off in a log that was replayed; `None` under the paper's rule, whose map is not made of all that
-/// is heard.
+/// What is off in a log that was replayed; `None` under the paper's rule and by other methods, whose maps are
+/// not made of all that is heard.
 pub fn look_for(replay: &Replay<'_>, outcome: &Outcome) -> Option<Vec<CauseTold>> {
     let config = replay.config();
-    (config.rule == Rule::NoiseAware).then(|| {
+    (config.method == Method::Tmam && config.rule == Rule::NoiseAware).then(|| {
         let found = search(replay, outcome, Effort::AFTER_REPLAY);
         all(&found, &replay.log().events, config)
     })

@@ -163,9 +163,9 @@ struct FeatureRow<'a> {
     iterations: u32,
     converged: bool,
     outliers: Vec<u32>,
-    opinion: &'static str,
-    chi2_line: f64,
-    chi2_point: f64,
+    opinion: Option<&'static str>,
+    chi2_line: Option<f64>,
+    chi2_point: Option<f64>,
     map_id: Option<u32>,
     action: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -194,17 +194,18 @@ enum ShapeFields {
     Line {
         rho: f64,
         theta: f64,
-        covariance: [[f64; 2]; 2],
+        /// Null where the method knows none.
+        covariance: Option<[[f64; 2]; 2]>,
         mid: [f64; 2],
         half_length: f64,
     },
     Point {
         x: f64,
         y: f64,
-        covariance: [[f64; 2]; 2],
+        covariance: Option<[[f64; 2]; 2]>,
         rho: f64,
         alpha: f64,
-        /// Over (rho, alpha); null where polar coordinates are singular.
+        /// Over (rho, alpha); null where polar coordinates are singular, too.
         polar_covariance: Option<[[f64; 2]; 2]>,
     },
 }
@@ -215,7 +216,7 @@ impl From<&Shape> for ShapeFields {
             Shape::Line(line) => Self::Line {
                 rho: rounded(line.rho),
                 theta: rounded(line.theta),
-                covariance: covariance(&line.covariance),
+                covariance: shape.covariance().map(covariance),
                 mid: [rounded(line.mid.x), rounded(line.mid.y)],
                 half_length: rounded(line.half_length),
             },
@@ -224,7 +225,7 @@ impl From<&Shape> for ShapeFields {
                 Self::Point {
                     x: rounded(point.position.x),
                     y: rounded(point.position.y),
-                    covariance: covariance(&point.covariance),
+                    covariance: shape.covariance().map(covariance),
                     rho: rounded(rho),
                     alpha: rounded(alpha),
                     polar_covariance: point.polar_covariance().as_ref().map(covariance),
@@ -282,6 +283,7 @@ impl From<&MapFeature> for MapRow {
 fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> FeatureRow<'a> {
     let frames: Vec<u32> = extraction.associated.iter().map(|arc| arc.frame).collect();
     let (first, action) = (extraction.associated.first(), extraction.action);
+    let opinion = extraction.opinion;
     FeatureRow {
         id: extraction.id,
         kind: extraction.kind.name(),
@@ -294,9 +296,9 @@ fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> FeatureRow<'a>
         iterations: extraction.iterations,
         converged: extraction.converged,
         outliers: extraction.outliers.iter().map(|arc| arc.frame).collect(),
-        opinion: extraction.opinion.support.name(),
-        chi2_line: rounded(extraction.opinion.chi2_line),
-        chi2_point: rounded(extraction.opinion.chi2_point),
+        opinion: opinion.map(|test| test.support.name()),
+        chi2_line: opinion.map(|test| rounded(test.chi2_line)),
+        chi2_point: opinion.map(|test| rounded(test.chi2_point)),
         map_id: action.map_id(),
         action: action.name(),
         reason: action.rejection().map(Rejection::name),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use crate::core::bits::Bits;
-use crate::core::config::Rule;
+use crate::core::config::{Method, Rule};
 use crate::core::joint::JointEstimate;
 use crate::core::joint::drift::Drift;
 use crate::core::legible::{legible, one_line};
@@ -91,6 +91,9 @@ pub fn problems(log: &Log, setting: &Setting<'_>, outcome: &Outcome) -> String {
             log.file
         );
     }
+    if let Some(lacking) = &outcome.lacking {
+        let _ = writeln!(text, "note: {lacking}");
+    }
     if let Some(note) = without_effect(setting, outcome) {
         let _ = writeln!(text, "note: {note}");
     }
@@ -156,6 +159,7 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     rows.extend(Some(("", unidentified, reasons)).filter(told));
     rows.extend(Some(("suspects", outcome.suspects, suspects.to_owned())).filter(told));
     rows.into_iter().for_each(|row| tell(&mut text, row));
+    text.push_str(method(setting.config.method));
     let from = match outcome.variance_from {
         VarianceFrom::Ranges => Some("measured from the ranges"),
         VarianceFrom::Nothing => Some("assumed: too little to measure it"),
@@ -179,6 +183,9 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     for row in [features(outcome), map(setting, outcome)] {
         tell(&mut text, row);
     }
+    if setting.config.method != Method::Tmam {
+        return text;
+    }
     let bits = Bits::of(outcome);
     if let (Some(share), Some(per_arc)) = (bits.explained_share(), bits.per_arc()) {
         let what = format!(
@@ -191,6 +198,20 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
         }
     }
     text
+}
+
+/// What another method than TMAM goes without.
+fn method(method: Method) -> &'static str {
+    match method {
+        Method::Tmam => "",
+        Method::TwoMeasurement | Method::Crowley => {
+            "method             poses are odometry's; no map predicts labels, no causes are looked for: TMAM alone does that\n"
+        }
+        Method::Tbf | Method::Atm | Method::Rcd => {
+            "method             features have no covariances; poses are odometry's; no map predicts labels, no causes are \
+             looked for: TMAM alone does that\n"
+        }
+    }
 }
 
 /// What became of the poses of odometry.
@@ -273,7 +294,7 @@ fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
         let what = format!("arcs of rough walls at an angle: {}", of_sonars.join(", "));
         rows.push(("oblique", oblique, what));
     }
-    if setting.config.rule == Rule::Paper {
+    if setting.config.method != Method::Tmam || setting.config.rule == Rule::Paper {
         return rows;
     }
     let hardly = named(&|hearing| {
@@ -332,9 +353,10 @@ fn map(setting: &Setting<'_>, outcome: &Outcome) -> CountRow {
         1 => "; 1 more is tentative: too little speaks for it".to_owned(),
         n => format!("; {n} more are tentative: too little speaks for them"),
     };
-    let twice = match setting.config.rule {
-        Rule::Paper => duplicates(&outcome.map, setting.config.map.match_distance),
-        Rule::NoiseAware => 0,
+    let config = setting.config;
+    let twice = match (config.method, config.rule) {
+        (Method::Tmam, Rule::Paper) => duplicates(&outcome.map, config.map.match_distance),
+        _ => 0,
     };
     let duplicates = match twice {
         0 => String::new(),

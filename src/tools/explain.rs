@@ -330,6 +330,10 @@ impl Explanation {
                 Reason::Oblique => {
                     "UNIDENTIFIED: its readings come from a rough wall that is seen at an angle"
                 }
+                Reason::ArcFeature => {
+                    "UNIDENTIFIED: two readings do not tell the radius of what they come from"
+                }
+                Reason::Unused => "UNIDENTIFIED: no feature came of it",
             },
         };
         let mut text = format!(

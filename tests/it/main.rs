@@ -26,6 +26,7 @@ mod info;
 #[cfg(feature = "viewer")]
 mod live;
 mod map_file;
+mod methods;
 mod noise;
 mod odd_logs;
 mod outputs;
@@ -34,6 +35,7 @@ mod poses;
 mod reference;
 mod replay;
 mod report;
+mod reproduce;
 mod room;
 mod rough;
 mod sample_logs;

@@ -5,6 +5,7 @@
 //! does not hold what it finds, and puts it there under `TMAM_UPDATE_DOCS=1`.
 
 mod drives;
+mod methods;
 mod table_one;
 mod tables;
 
@@ -28,6 +29,9 @@ const POSES: [&str; 2] = ["<!-- poses: begin -->\n", "<!-- poses: end -->\n"];
 
 /// Where those do of drives that ask more of them.
 const HARDER: [&str; 2] = ["<!-- harder: begin -->\n", "<!-- harder: end -->\n"];
+
+/// Where that of the methods stands on its own page.
+const METHODS: [&str; 2] = ["<!-- methods: begin -->\n", "<!-- methods: end -->\n"];
 
 /// Seeds of the drives that are not in the room's main tables, and of the switches.
 const FEWER_SEEDS: u64 = 10;
@@ -102,6 +106,20 @@ fn cases_of_harder_poses() -> Vec<Case> {
     at_both(&drives).into_iter().chain(office).collect()
 }
 
+/// Where the methods are held against each other.
+fn cases_of_methods() -> Vec<Case> {
+    let drift = [Drive::LittleDrift, Drive::MuchDrift, Drive::Outliers];
+    let office = Drive::Office {
+        laps: 1,
+        drifts: false,
+    };
+    let at_3_mm = drift.into_iter().chain([office]).map(|drive| Case {
+        drive,
+        sigma: 0.003,
+    });
+    cases().into_iter().chain(at_3_mm).collect()
+}
+
 /// Drives at 3 and at 10 mm.
 fn at_both(drives: &[Drive]) -> Vec<Case> {
     let drives = drives.iter();
@@ -165,10 +183,45 @@ fn the_page_holds_what_the_study_finds_of_harder_drives() {
     hold(HARDER, &tables::harder(&found, FEWER_SEEDS));
 }
 
+#[test]
+#[ignore = "takes minutes; docs/methods.md says how to run it"]
+fn the_page_holds_what_the_study_finds_of_methods() {
+    let mut found = rows(&cases_of_methods(), FEWER_SEEDS, &Rules::methods(false));
+    let scans = at_both(&[Drive::Scans]);
+    found.extend(rows(&scans, FEWER_SEEDS, &Rules::methods(true)));
+    hold_on("docs/methods.md", METHODS, &methods::table(&found));
+}
+
+/// Two drives of the same study: short, but known to run, and what it is about.
+#[test]
+fn a_short_study_of_methods_has_tmam_first() {
+    let case = Case {
+        drive: Drive::Stepwise,
+        sigma: 0.003,
+    };
+    let found = rows(&[case], 1, &Rules::methods(false));
+    let exact = |name| {
+        let row = found.iter().find(|(_, rule, _)| *rule == name);
+        row.unwrap().2.iter().all(|run| run.confirmed.exact)
+    };
+    assert!(exact("tmam"));
+    for rival in ["two-measurement", "tbf", "atm", "rcd", "crowley"] {
+        assert!(!exact(rival), "{rival}");
+    }
+    let table = methods::table(&found);
+    assert_eq!(table.lines().count(), 2 + found.len(), "{table}");
+}
+
 /// Holds the page to the tables that were found, or puts them there if that is asked for.
-fn hold([begin, end]: [&str; 2], found: &str) {
+fn hold(marks: [&str; 2], found: &str) {
+    hold_on("docs/evaluation.md", marks, found);
+}
+
+/// The same on another page.
+fn hold_on(page: &str, [begin, end]: [&str; 2], found: &str) {
     println!("{found}");
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evaluation.md");
+    let name = page;
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
     let text = fs::read_to_string(&page).unwrap();
     let (head, rest) = text.split_once(begin).unwrap();
     let (held, tail) = rest.split_once(end).unwrap();
@@ -177,7 +230,7 @@ fn hold([begin, end]: [&str; 2], found: &str) {
     } else {
         assert!(
             held == found,
-            "docs/evaluation.md holds other tables; see there how to renew them"
+            "{name} holds other tables; see there how to renew them"
         );
     }
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Config, Frames, Input, Map, Noise, NoiseAwareOptions, Poses, RangeStamps, Rule, Sequence,
-    SonarDefaults, TestBounds, Triple,
+    Config, Frames, Input, Map, Method, Noise, NoiseAwareOptions, Poses, RangeStamps, Rule,
+    Sequence, SonarDefaults, TestBounds, Triple,
 };
 
 impl Default for Config {
     fn default() -> Self {
         Self {
+            method: Method::Tmam,
             rule: Rule::NoiseAware,
             poses: Poses::Joint,
             input: Input::default(),

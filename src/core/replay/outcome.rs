@@ -48,6 +48,8 @@ pub struct Outcome {
     /// Poses and features estimated together, or why the poses stay those of odometry; `None` where that
     /// was asked for.
     pub poses: Option<Result<JointEstimate, OdometryKept>>,
+    /// What the log lacks for the method that was asked for.
+    pub lacking: Option<String>,
     /// What is off, each tried, the weightiest first; `None` where that was not looked for.
     pub causes: Option<Vec<CauseTold>>,
     /// The stretch that the map explains least, where one stands out and that was looked for.

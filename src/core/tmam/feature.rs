@@ -8,6 +8,9 @@ use serde::Serialize;
 pub use super::label::Kind;
 use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
 
+/// The covariance of a feature whose method knows none: not numbers.
+pub const UNKNOWN_COVARIANCE: Matrix2<f64> = Matrix2::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN);
+
 /// A wall: the line `x cos(theta) + y sin(theta) = rho` between two ends, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
@@ -15,7 +18,7 @@ pub struct Segment {
     pub rho: f64,
     /// Direction of its normal, radians in (-pi, pi].
     pub theta: f64,
-    /// Covariance over (rho, theta).
+    /// Covariance over (rho, theta); [`Shape::covariance`] says whether it is known.
     pub covariance: Matrix2<f64>,
     /// Middle of the segment.
     pub mid: Vec2,
@@ -28,7 +31,7 @@ pub struct Segment {
 pub struct Point {
     /// Where it is.
     pub position: Vec2,
-    /// Covariance over (x, y).
+    /// Covariance over (x, y); [`Shape::covariance`] says whether it is known.
     pub covariance: Matrix2<f64>,
 }
 
@@ -250,6 +253,14 @@ impl Segment {
 }
 
 impl Point {
+    /// Of a method that knows no covariance.
+    pub fn without_covariance(position: Vec2) -> Self {
+        Self {
+            position,
+            covariance: UNKNOWN_COVARIANCE,
+        }
+    }
+
     /// Polar coordinates (rho, alpha) of (7), metres and radians.
     pub fn polar(&self) -> (f64, f64) {
         (self.position.norm(), direction(self.position))
@@ -259,7 +270,9 @@ impl Point {
     /// polar coordinates are singular: closer than its own standard deviation.
     pub fn polar_covariance(&self) -> Option<Matrix2<f64>> {
         let (rho, alpha) = self.polar();
-        if rho * rho <= self.covariance.trace() {
+        // Not where no covariance is known.
+        let is_known = rho * rho > self.covariance.trace();
+        if !is_known {
             return None;
         }
         let n = unit(alpha);
@@ -269,6 +282,18 @@ impl Point {
 }
 
 impl Shape {
+    /// Its covariance, where the method knows one.
+    pub fn covariance(&self) -> Option<&Matrix2<f64>> {
+        let covariance = match self {
+            Self::Line(segment) => &segment.covariance,
+            Self::Point(point) => &point.covariance,
+        };
+        covariance
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(covariance)
+    }
+
     /// Line or point.
     pub fn kind(&self) -> Kind {
         match self {

@@ -44,6 +44,10 @@ pub enum Reason {
     Neither,
     /// Under the noise-aware rule: they come from a rough wall that is seen at an angle.
     Oblique,
+    /// By two measurements: their targets may have any radius from a small one to a large one.
+    ArcFeature,
+    /// By a method other than TMAM: no feature came of it.
+    Unused,
 }
 
 impl Kind {
@@ -100,7 +104,7 @@ impl Serialize for Label {
 
 impl Reason {
     /// Every reason, in the order in which they are tried.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Missing,
         Self::Gap,
         Self::Turning,
@@ -109,10 +113,12 @@ impl Reason {
         Self::Ambiguous,
         Self::Neither,
         Self::Oblique,
+        Self::ArcFeature,
+        Self::Unused,
     ];
 
-    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous`, `neither` or
-    /// `oblique`.
+    /// The word in files: `missing`, `gap`, `turning`, `no-points`, `wide`, `ambiguous`, `neither`,
+    /// `oblique`, `arc-feature` or `unused`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Missing => "missing",
@@ -123,6 +129,8 @@ impl Reason {
             Self::Ambiguous => "ambiguous",
             Self::Neither => "neither",
             Self::Oblique => "oblique",
+            Self::ArcFeature => "arc-feature",
+            Self::Unused => "unused",
         }
     }
 }

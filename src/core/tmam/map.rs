@@ -5,7 +5,7 @@ mod backing;
 pub mod corners;
 pub mod ends;
 mod foretold;
-mod fusion;
+pub mod fusion;
 pub mod refine;
 pub mod rough;
 

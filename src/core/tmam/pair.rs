@@ -92,6 +92,13 @@ pub fn cos_intersection(r1: f64, r2: f64, d: f64) -> f64 {
     (r1 * r1 - r2 * r2 + d * d) / (2.0 * d * r1) // (3)
 }
 
+/// Radius of the circle that both arcs touch when the first sees it at a bearing with this cosine.
+///
+/// Metres; cosines as of [`cos_contact`]. The paper's (4) lacks `d^2` in the numerator.
+pub fn circle_radius(r1: f64, r2: f64, d: f64, cosine: f64) -> f64 {
+    (r1 * r1 - r2 * r2 + d * d - 2.0 * d * cosine * r1) / (2.0 * (d * cosine + r2 - r1)) // (4)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,13 +111,6 @@ mod tests {
     fn cos_circle(r1: f64, r2: f64, d: f64, radius: f64) -> f64 {
         let (a, b) = (r1 + radius, r2 + radius);
         (a * a - b * b + d * d) / (2.0 * d * a) // (1)
-    }
-
-    /// Radius of the circle that both arcs touch when the first sees it at a bearing with this cosine.
-    ///
-    /// The paper's (4) lacks `d^2` in the numerator.
-    fn circle_radius(r1: f64, r2: f64, d: f64, cosine: f64) -> f64 {
-        (r1 * r1 - r2 * r2 + d * d - 2.0 * d * cosine * r1) / (2.0 * (d * cosine + r2 - r1)) // (4)
     }
 
     fn arc(x: f64, y: f64, yaw: f64, range: f64, beam_width: f64) -> Arc {

@@ -47,8 +47,8 @@ pub struct ArcReport {
 pub struct RunTest {
     /// The feature that was extracted from it.
     pub extraction: u32,
-    /// The test.
-    pub test: HypothesisTest,
+    /// The test; `None` by other methods.
+    pub test: Option<HypothesisTest>,
 }
 
 impl ArcReport {
@@ -89,7 +89,10 @@ impl ArcReport {
     pub fn tests(&self) -> impl Iterator<Item = (&'static str, &HypothesisTest)> {
         let triple = self.triple.as_ref().map(|triple| ("triple", &triple.test));
         let window = self.window().map(|test| ("window", test));
-        let run = self.run.as_ref().map(|run| ("run", &run.test));
+        let run = self
+            .run
+            .as_ref()
+            .and_then(|run| Some(("run", run.test.as_ref()?)));
         [triple, window, run].into_iter().flatten()
     }
 

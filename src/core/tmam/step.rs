@@ -63,8 +63,8 @@ pub struct Extraction {
     pub iterations: u32,
     /// Whether the stopping rule was met.
     pub converged: bool,
-    /// What all its readings together support, but for those that the fit left out.
-    pub opinion: HypothesisTest,
+    /// What all its readings together support, but for those that the fit left out; `None` by other methods.
+    pub opinion: Option<HypothesisTest>,
     /// Associated arcs that the fit left out.
     pub outliers: Vec<ArcId>,
     /// What became of it.

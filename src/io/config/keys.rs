@@ -53,7 +53,8 @@ const fn key(path: &'static str, unit: Unit, bounds: Bounds, doc: &'static str) 
 /// Every key, a row each.
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
-    key("rule", Plain, Any, "how arcs are labelled: \"paper\" or \"noise-aware\""),
+    key("method", Plain, Any, "\"tmam\", or for comparison \"two-measurement\", \"tbf\", \"atm\", \"rcd\", \"crowley\""),
+    key("rule", Plain, Any, "how tmam labels arcs: \"paper\" or \"noise-aware\""),
     key("poses", Plain, Any, "noise-aware: \"odometry\", or \"joint\": estimated with the features"),
 
     key("input.range_topics", Plain, Any, "globs; empty: every topic with a range type"),

@@ -6,17 +6,18 @@ use rerun::TextDocument;
 use rerun::components::TextLogLevel;
 
 use super::plane::PlaneOrigin;
+use crate::core::config::Method;
 use crate::core::observer::Setting;
 use crate::core::wording::counted;
 use crate::io::config::render::render;
 
 /// The about page; `overlay` says what is drawn over the run.
 pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDocument {
-    let source = setting.source;
+    let (source, method) = (setting.source, setting.config.method);
     let seconds = (source.end_ns.saturating_sub(source.start_ns)) as f64 * 1e-9;
     let mut text = format!(
         "# {file}\n\n\
-         Every step of the three measurements association model (TMAM) over a sonar log: \
+         {what} over a sonar log: \
          which arcs were taken for walls, which for points, and why.\n\n\
          | | |\n|---|---|\n\
          | log | `{file}`{state} |\n\
@@ -25,6 +26,10 @@ pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDo
          | sonars | {count} |\n\
          | made by | tmam {version} |\n{shifted}\n",
         file = source.file,
+        what = match method {
+            Method::Tmam => "Every step of the three measurements association model (TMAM)".to_owned(),
+            rival => format!("Every step of the method `{}`, for comparison with TMAM,", rival.name()),
+        },
         state = if source.complete {
             ""
         } else {
@@ -48,7 +53,9 @@ pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDo
         let _ = writeln!(text, "- lost: {loss}");
     }
     text.push_str(overlay);
-    text.push_str(if setting.config.departures().label_by_opinion {
+    text.push_str(if method != Method::Tmam {
+        RIVAL
+    } else if setting.config.departures().label_by_opinion {
         NOISE_AWARE
     } else {
         PAPER
@@ -78,6 +85,7 @@ pub fn page(setting: &Setting<'_>, overlay: &str, origin: PlaneOrigin) -> TextDo
 }
 
 const NOISE_AWARE: &str = include_str!("about_noise_aware.md");
+const RIVAL: &str = include_str!("about_rival.md");
 const PAPER: &str = include_str!("about_paper.md");
 const HOW_TO_READ: &str = include_str!("about.md");
 

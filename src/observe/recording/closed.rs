@@ -207,14 +207,14 @@ mod tests {
             residual_rms: 0.0031,
             iterations: 4,
             converged: true,
-            opinion: HypothesisTest {
+            opinion: Some(HypothesisTest {
                 gate: 6.63,
                 readings: 8,
                 chi2_line: 5.0,
                 chi2_point: 500.0,
                 is_beside: false,
                 support: Support::Line,
-            },
+            }),
             outliers: Vec::new(),
             action,
             map_feature: None,

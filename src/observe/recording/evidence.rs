@@ -35,7 +35,7 @@ impl Known {
     }
 
     fn run(&self) -> Option<HypothesisTest> {
-        Some(self.report.run?.test)
+        self.report.run?.test
     }
 }
 

@@ -106,7 +106,8 @@ impl DrawnMap {
             Dot::named(origin.xy(at), feature.id.to_string())
         });
         canvas.row(Entity::MapIds(page), at, Shown::Dots(ids.collect()))?;
-        let outlines = features().map(|feature| {
+        let known = features().filter(|feature| feature.shape.covariance().is_some());
+        let outlines = known.map(|feature| {
             let outline = match &feature.shape {
                 Shape::Line(segment) => band(segment),
                 Shape::Point(point) => ellipse(point),

@@ -130,14 +130,16 @@ impl RunStory {
     pub fn all(arc: ArcId, outcome: &Outcome) -> Vec<Self> {
         let of = outcome.extractions.iter();
         of.filter(|extraction| extraction.associated.contains(&arc))
-            .map(|extraction| Self::new(arc, extraction, outcome))
+            .filter_map(|extraction| Self::new(arc, extraction, outcome))
             .collect()
     }
 
-    fn new(arc: ArcId, extraction: &Extraction, outcome: &Outcome) -> Self {
+    /// `None` by methods other than TMAM.
+    fn new(arc: ArcId, extraction: &Extraction, outcome: &Outcome) -> Option<Self> {
+        let opinion = extraction.opinion?;
         let map_id = extraction.action.map_id();
         let frame = |arc: Option<&ArcId>| arc.map_or(0, |arc| arc.frame);
-        Self {
+        Some(Self {
             feature: extraction.id,
             kind: extraction.kind,
             labelled: extraction.labelled.contains(&arc),
@@ -148,14 +150,14 @@ impl RunStory {
             outliers: extraction.outliers.len(),
             left_out: extraction.outliers.contains(&arc),
             residual_rms: extraction.residual_rms,
-            opinion: extraction.opinion.support,
-            chi2_line: extraction.opinion.chi2_line,
-            chi2_point: extraction.opinion.chi2_point,
+            opinion: opinion.support,
+            chi2_line: opinion.chi2_line,
+            chi2_point: opinion.chi2_point,
             action: extraction.action.name(),
             reason: extraction.action.rejection(),
             map_id,
             in_the_end: map_id.and_then(|id| FinalFeature::in_the_end(id, outcome)),
-        }
+        })
     }
 
     fn text(&self) -> String {

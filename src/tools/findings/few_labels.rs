@@ -3,6 +3,7 @@
 use super::examined::Examined;
 use super::finding::{Finding, Weight, percent};
 use super::trial::Replayable;
+use crate::core::config::Method;
 use crate::core::statistics::fraction;
 use Weight::{Notable, Serious};
 
@@ -58,6 +59,10 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
     // What placeholders give says nothing of the log.
     let outcome = facts.replay.outcome.as_ref();
     let outcome = outcome.filter(|_| facts.replay.possible == Replayable::Yes)?;
+    // Other methods label what they use, which may be little.
+    if of.survey.config.method != Method::Tmam {
+        return None;
+    }
     let labelled = outcome.labelled("contact") + outcome.labelled("intersection");
     let arcs = labelled + outcome.labelled("unidentified");
     // The commonest; of equally common ones the first by name.

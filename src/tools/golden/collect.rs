@@ -130,18 +130,13 @@ fn registered(feature: &MapFeature, frames: Option<[u32; 2]>) -> Feature {
 }
 
 fn shaped(shape: &Shape) -> Feature {
-    let (feature, covariance) = match shape {
-        Shape::Line(line) => (
-            Feature::line(line.rho, line.theta, line.mid.into(), line.half_length),
-            line.covariance,
-        ),
-        Shape::Point(point) => (
-            Feature::point(point.position.x, point.position.y),
-            point.covariance,
-        ),
+    let feature = match shape {
+        Shape::Line(line) => Feature::line(line.rho, line.theta, line.mid.into(), line.half_length),
+        Shape::Point(point) => Feature::point(point.position.x, point.position.y),
     };
+    let covariance = shape.covariance();
     Feature {
-        sigma: sigma_of([covariance.m11, covariance.m22]),
+        sigma: covariance.and_then(|covariance| sigma_of([covariance.m11, covariance.m22])),
         ..feature
     }
 }

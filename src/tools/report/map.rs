@@ -5,15 +5,16 @@ use svg::{Document, Node};
 
 use super::plane::{Plane, sweep};
 use crate::core::geometry::Vec2;
-use crate::core::replay::Outcome;
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::feature::{Shape, Status};
+use crate::core::tmam::feature::{MapFeature, Shape, Status};
+use crate::core::world::World;
 
 /// Width and height of an id: one that would cover another is left out.
 const ID: [f64; 2] = [26.0, 14.0];
 
 /// How it looks.
 const STYLE: &str = "\
+.world{stroke:#cfe0d4;stroke-width:10;stroke-linecap:round}\
 .wall{stroke:#15181d;stroke-width:4;stroke-linecap:round}.corner{fill:#c77700;stroke:#fff}\
 .tentative{stroke:#9aa2ae;stroke-width:3;stroke-linecap:round}.maybe{fill:#9aa2ae}\
 .suspect{fill:none;stroke:#d4002a;stroke-width:1.5;stroke-opacity:.5}\
@@ -21,17 +22,26 @@ const STYLE: &str = "\
 .id,.named{paint-order:stroke;stroke:#fff;stroke-width:3px}.id{fill:#1d5fa8;font:bold 14px sans-serif;text-anchor:middle}\
 .named{fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
 
-/// Draws a map: along `path`, with the arcs of the suspects, the worst first.
-pub fn draw(path: &[Vec2], outcome: &Outcome, suspects: &[Arc]) -> Document {
-    let features = outcome.map.iter().flat_map(|feature| match &feature.shape {
+/// Draws a map: along `path`, with the arcs of the suspects, the worst first; below all else the walls that
+/// there really are, where they are known.
+pub fn draw(
+    path: &[Vec2],
+    map: &[MapFeature],
+    suspects: &[Arc],
+    world: Option<&World>,
+) -> Document {
+    let features = map.iter().flat_map(|feature| match &feature.shape {
         Shape::Line(line) => line.ends().to_vec(),
         Shape::Point(point) => vec![point.position],
     });
     let arcs = suspects.iter().flat_map(sweep);
     let plane = Plane::of(path.iter().copied().chain(features).chain(arcs), 0.0);
     let mut picture = plane.picture(path, STYLE);
+    for wall in world.iter().flat_map(|world| world.walls()) {
+        picture.append(plane.line([wall.start, wall.end], "world"));
+    }
     let mut ids: Vec<[f64; 2]> = Vec::new();
-    for feature in &outcome.map {
+    for feature in map {
         let confirmed = feature.status == Status::Confirmed;
         let middle = match &feature.shape {
             Shape::Line(line) => {

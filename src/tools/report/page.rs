@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::map;
+use crate::core::config::{Method, Rule};
 use crate::core::event::{SonarId, name_of};
 use crate::core::geometry::Vec2;
 use crate::core::legible::legible;
@@ -55,14 +56,14 @@ pub fn page(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
          <title>{file}: sonar map</title><style>{STYLE}</style></head><body>\n\
-         <h1>{file}</h1>\n<p class=\"facts\">{:.1} s, {:.1} m, {}, rule {}, tmam {}</p>\n",
+         <h1>{file}</h1>\n<p class=\"facts\">{:.1} s, {:.1} m, {}, {}, tmam {}</p>\n",
         seconds(source.start_ns, source.end_ns),
         outcome.distance,
         counted(setting.sonars.len() as u64, "sonar"),
-        if setting.config.departures().label_by_opinion {
-            "noise-aware"
-        } else {
-            "paper"
+        match (setting.config.method, setting.config.rule) {
+            (Method::Tmam, Rule::NoiseAware) => "rule noise-aware".to_owned(),
+            (Method::Tmam, Rule::Paper) => "rule paper".to_owned(),
+            (rival, _) => format!("method {}", rival.name()),
         },
         env!("CARGO_PKG_VERSION"),
         file = shown(&source.file),
@@ -88,7 +89,7 @@ pub fn page(
         "<figure>{}<figcaption>Seen from above, metres in the odometry frame. Black: walls, orange: corners, both \
          with their ids where there is room; grey: tentative; green: the path; red: arcs whose label is contradicted.\
          </figcaption></figure>",
-        map::draw(path, outcome, &arcs)
+        map::draw(path, &outcome.map, &arcs, None)
     );
     html.push_str(&table_of_suspects(&suspects, setting));
     html.push_str(&table_of_sonars(setting, outcome));

@@ -1,5 +1,7 @@
 //! When odometry is sampled and sonars fire, and where the robot is then.
 
+use std::f64::consts::TAU;
+
 use crate::core::geometry::{Pose2, wrap_angle};
 use crate::io::log::writer::Twist;
 
@@ -75,8 +77,10 @@ pub struct Stepwise {
     pub step: f64,
     /// How many stops; none for as many as the path has, a closed one once round.
     pub steps: Option<usize>,
-    /// Between stops, seconds.
+    /// Between the instants at which all sonars fire, seconds.
     pub interval: f64,
+    /// The robot turns once round at each stop, and all sonars fire after each turn by this, radians.
+    pub scan: Option<f64>,
 }
 
 /// Twelve centimetres, which takes the paper's room in its 150 steps.
@@ -86,6 +90,7 @@ impl Default for Stepwise {
             step: 0.12,
             steps: None,
             interval: 0.4,
+            scan: None,
         }
     }
 }
@@ -96,7 +101,16 @@ impl Stepwise {
         positive("the time between steps in seconds", self.interval)?;
         let length = path.length();
         let fitting = length / self.step + ROUNDING;
-        limit(self.steps.map_or(fitting, |steps| steps as f64) * sonars as f64)?;
+        if let Some(scan) = self.scan {
+            positive(
+                "the turn between the shots of a scan in degrees",
+                scan.to_degrees(),
+            )?;
+        }
+        let shots = self
+            .scan
+            .map_or(1.0, |scan| libm::floor(TAU / scan + ROUNDING).max(1.0));
+        limit(self.steps.map_or(fitting, |steps| steps as f64) * shots * sonars as f64)?;
         // A closed path ends on its first place, which then is not visited twice.
         let most = libm::floor(fitting) as usize + usize::from(!path.is_closed());
         let steps = match self.steps {
@@ -113,10 +127,14 @@ impl Stepwise {
         };
         require(steps > 0, "the number of steps", 0.0, "1 or more")?;
 
-        let ticks = (0..steps).flat_map(|step| {
+        let shots = shots as usize;
+        let turned = |shot: usize| self.scan.unwrap_or_default() * shot as f64;
+        let instants = (0..steps).flat_map(|step| (0..shots).map(move |shot| (step, shot)));
+        let ticks = instants.enumerate().flat_map(|(instant, (step, shot))| {
+            let stop = path.at(step as f64 * self.step);
             let tick = Tick {
-                after_ns: nanoseconds(step as f64 * self.interval),
-                world_from_robot: path.at(step as f64 * self.step),
+                after_ns: nanoseconds(instant as f64 * self.interval),
+                world_from_robot: Pose2::new(stop.x, stop.y, stop.yaw + turned(shot)),
                 action: Action::Odometry(Twist::default()),
             };
             let shots = (0..sonars).map(move |sonar| Tick {

@@ -42,6 +42,10 @@ pub enum Drive {
     MuchDriftOutliers,
     /// Three times round with odometry that drifts by three times as much.
     ThriceMuchDrift,
+    /// Driven once round where of twenty readings one is of any range.
+    Outliers,
+    /// It stops every 60 cm and turns once round by two degrees at a time, with four sonars.
+    Scans,
     /// The same past posts in a row, half a metre apart: what looks alike stands where drift may put it.
     ThriceMuchDriftPosts,
     /// Driven once round with odometry that drifts by 1 cm and 0.2 deg after a metre, and by 0.5 deg
@@ -75,6 +79,8 @@ impl Case {
             }
             Drive::Rough(share) => format!("{share} % of the walls rough"),
             Drive::CrossTalk => "5 % cross-talk".to_owned(),
+            Drive::Outliers => "driven, 5 % outliers".to_owned(),
+            Drive::Scans => "dense scans".to_owned(),
             Drive::Posts(apart) => format!("posts {apart} cm apart"),
             Drive::Office { laps, drifts } => {
                 let drift = if drifts { ", much drift" } else { "" };
@@ -107,12 +113,20 @@ impl Case {
             },
             motion: match self.drive {
                 Drive::Stepwise => Motion::Stepwise(Stepwise::default()),
+                Drive::Scans => Motion::Stepwise(Stepwise {
+                    step: 0.6,
+                    scan: Some(2_f64.to_radians()),
+                    ..Stepwise::default()
+                }),
                 _ => Motion::Driving(Driving::default()),
             },
-            ring: Ring::default(),
+            ring: Ring {
+                sonars: if self.drive == Drive::Scans { 4 } else { 16 },
+                ..Ring::default()
+            },
             range_noise: RangeNoise {
                 sigma: self.sigma,
-                outliers: if self.drive == Drive::MuchDriftOutliers {
+                outliers: if matches!(self.drive, Drive::MuchDriftOutliers | Drive::Outliers) {
                     0.05
                 } else {
                     0.0
@@ -254,6 +268,28 @@ impl Rules {
                 })
                 .to_vec(),
         )
+    }
+
+    /// TMAM under the noise-aware rule, with estimated poses and with odometry's, and under the paper's; and its
+    /// rivals. Frames as fine as dense scans need where these are asked for.
+    pub fn methods(dense: bool) -> Self {
+        let tmam = [
+            ("tmam", ""),
+            ("tmam, odometry's poses", "poses = \"odometry\"\n"),
+            ("tmam, paper's rule", "rule = \"paper\"\n"),
+            ("two-measurement", "method = \"two-measurement\"\n"),
+            ("tbf", "method = \"tbf\"\n"),
+            ("atm", "method = \"atm\"\n"),
+            ("rcd", "method = \"rcd\"\n"),
+            ("crowley", "method = \"crowley\"\n"),
+        ];
+        let frames = if dense {
+            "frames.step_angle = 1.0\n"
+        } else {
+            ""
+        };
+        let all = tmam.map(|(name, text)| (name, parse(&format!("{text}{frames}")).unwrap()));
+        Self(all.to_vec())
     }
 
     /// The noise-aware rule, and it without each of its switches.

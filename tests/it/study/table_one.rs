@@ -6,38 +6,9 @@ use tmam_replay::core::geometry::{Vec2, unit};
 use tmam_replay::core::world::{Reflector, World};
 use tmam_replay::tools::evaluate::Evaluation;
 use tmam_replay::tools::evaluate::matching::Error;
+use tmam_replay::tools::reproduce::paper::{LINES, POINTS};
 
 use super::tables::Row;
-
-/// What the paper estimated of the room's corners, in the room's order: metres and radians.
-const POINTS: [(f64, f64); 6] = [
-    (0.045_357, -0.8192),
-    (4.0522, 0.004),
-    (4.444, 0.4605),
-    (8.2413, 0.2442),
-    (9.4311, 0.5628),
-    (5.0629, 1.5735),
-];
-
-/// And of its walls: rho and theta.
-const LINES: [(f64, f64); 6] = [
-    (0.005_839, 1.5686),
-    (4.0273, 0.0161),
-    (1.9798, 1.5754),
-    (8.0712, 0.0222),
-    (5.0045, 1.5702),
-    (0.020_828, 0.006),
-];
-
-/// And what is true of its walls.
-const TRUE_LINES: [(f64, f64); 6] = [
-    (0.0, std::f64::consts::FRAC_PI_2),
-    (4.0, 0.0),
-    (2.0, std::f64::consts::FRAC_PI_2),
-    (8.0, 0.0),
-    (5.0, std::f64::consts::FRAC_PI_2),
-    (0.0, 0.0),
-];
 
 /// The numbers of the features in Table I: corners, then walls.
 const NUMBERS: [u8; 12] = [1, 3, 5, 7, 9, 11, 2, 4, 6, 8, 10, 12];
@@ -50,7 +21,7 @@ fn closer(evaluation: &Evaluation) -> [bool; 12] {
         if let (Reflector::Point(index), Error::Point { distance }) =
             (found.reflector, found.comparison.error)
         {
-            let (rho, alpha) = POINTS[index];
+            let (rho, alpha) = POINTS[index].estimated;
             let truth: Vec2 = World::room().points()[index];
             closer[index] = distance < (unit(alpha) * rho - truth).norm();
         }
@@ -65,7 +36,7 @@ fn closer(evaluation: &Evaluation) -> [bool; 12] {
             },
         ) = (found.reflector, found.comparison.error)
         {
-            let (estimate, truth) = (LINES[index], TRUE_LINES[index]);
+            let (estimate, truth) = (LINES[index].estimated, LINES[index].actual);
             closer[6 + index] = rho.abs() < (estimate.0 - truth.0).abs()
                 && theta.abs() < (estimate.1 - truth.1).abs();
         }

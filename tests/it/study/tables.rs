@@ -167,7 +167,7 @@ fn paths(rows: &[Row], seeds: u64) -> String {
 }
 
 /// A mean over the seeds that have it.
-fn mean(runs: &[Evaluation], of: impl Fn(&Evaluation) -> Option<f64>, digits: usize) -> String {
+pub fn mean(runs: &[Evaluation], of: impl Fn(&Evaluation) -> Option<f64>, digits: usize) -> String {
     let values: Vec<f64> = runs.iter().filter_map(of).collect();
     match values.len() {
         0 => "-".to_owned(),
@@ -256,12 +256,12 @@ pub fn table(rows: &[Row], columns: &[Column<'_>]) -> String {
 }
 
 /// Sums a count over the seeds.
-fn sum(runs: &[Evaluation], of: impl Fn(&Evaluation) -> u64) -> u64 {
+pub fn sum(runs: &[Evaluation], of: impl Fn(&Evaluation) -> u64) -> u64 {
     runs.iter().map(of).sum()
 }
 
 /// A share of sums over the seeds, per cent.
-fn percent(part: u64, whole: u64) -> String {
+pub fn percent(part: u64, whole: u64) -> String {
     match whole {
         0 => "-".to_owned(),
         _ => format!("{:.1}", 100.0 * part as f64 / whole as f64),

@@ -203,7 +203,7 @@ pub fn signed_like(segment: &Segment, other: &Segment) -> Segment {
 
 /// By how much two segments overlap along the first one's line, metres; negative where there is a
 /// gap between them.
-fn overlap(a: &Segment, b: &Segment) -> f64 {
+pub fn overlap(a: &Segment, b: &Segment) -> f64 {
     let way = a.along().dot(&(b.mid - a.mid)).abs();
     a.half_length + b.half_length - way
 }

@@ -68,7 +68,7 @@ fn the_evidence_of_every_arc_is_at_its_place_among_the_arcs() {
     );
     assert_eq!(
         words(&bytes, "run_opinion"),
-        word(|j| Some(j.run?.test.support.name()))
+        word(|j| Some(j.run?.test?.support.name()))
     );
     let names = words(&bytes, "sensor");
     for (at, report) in &expected {

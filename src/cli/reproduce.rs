@@ -1,0 +1,54 @@
+//! `tmam reproduce`
+
+use std::path::PathBuf;
+
+use crate::cli::error::Error;
+use crate::core::exit::Exit;
+use crate::io::output::{print, write_whole};
+use crate::observe::report::written;
+use crate::tools::reproduce::{Reproduction, page};
+
+/// Make the paper's experiment again: its room, its Table I and its figures 5 and 6
+///
+/// Simulates the room, replays it under both rules, and prints the table with the paper's estimates, ours and the
+/// actual values, the counts beside the paper's, and at which noise and parameters the paper's rule comes
+/// nearest to these.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  tmam reproduce                                  the page
+  tmam reproduce -o docs                          docs/table1.md, docs/figure5.svg, docs/figure6.svg
+  tmam reproduce --noise 0.01 --seed 7")]
+pub struct Args {
+    /// Write table1.md, figure5.svg and figure6.svg into this folder [default: print the page]
+    #[arg(short, long = "output", value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Standard deviation of a range, metres
+    #[arg(long, value_name = "M", default_value_t = 0.003)]
+    noise: f64,
+    /// Chooses the noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+impl Args {
+    pub fn run(self) -> Result<Exit, Error> {
+        let reproduction = Reproduction::new(self.noise, self.seed)?;
+        let Some(folder) = self.output else {
+            print(&page(&reproduction))?;
+            return Ok(Exit::Done);
+        };
+        let [five, six] = reproduction.figures();
+        let files = [
+            ("table1.md", page(&reproduction)),
+            ("figure5.svg", five),
+            ("figure6.svg", six),
+        ];
+        let files = files.map(|(name, text)| (folder.join(name), text));
+        for (file, text) in &files {
+            write_whole(file, text.as_bytes())?;
+        }
+        print(&written(&files.map(|(file, _)| file)))?;
+        Ok(Exit::Done)
+    }
+}

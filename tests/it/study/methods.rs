@@ -1,0 +1,54 @@
+//! TMAM and its rivals on the same logs.
+
+use tmam_replay::tools::evaluate::Evaluation;
+use tmam_replay::tools::evaluate::map::KindScore;
+
+use super::tables::{Row, mean, percent, sum, table as markdown};
+
+/// How the confirmed map of each did.
+pub fn table(rows: &[Row]) -> String {
+    let precision = |of: fn(&Evaluation) -> &KindScore| {
+        move |runs: &[Evaluation]| {
+            let all = sum(runs, |run| of(run).features);
+            percent(all - sum(runs, |run| of(run).surplus()), all)
+        }
+    };
+    let recall = |of: fn(&Evaluation) -> &KindScore| {
+        move |runs: &[Evaluation]| {
+            percent(
+                sum(runs, |run| of(run).matched),
+                sum(runs, |run| of(run).visible),
+            )
+        }
+    };
+    let lines: fn(&Evaluation) -> &KindScore = |run| &run.confirmed.lines;
+    let points: fn(&Evaluation) -> &KindScore = |run| &run.confirmed.points;
+    let used = |runs: &[Evaluation]| {
+        percent(
+            sum(runs, |run| run.labels.given()),
+            sum(runs, |run| run.labels.arcs),
+        )
+    };
+    let wrong = |runs: &[Evaluation]| {
+        percent(
+            sum(runs, |run| run.labels.wrong_labels()),
+            sum(runs, |run| run.labels.given()),
+        )
+    };
+    let off = |runs: &[Evaluation]| mean(runs, |run| Some(lines(run).errors.rho?.mean * 1e3), 1);
+    let away =
+        |runs: &[Evaluation]| mean(runs, |run| Some(points(run).errors.position?.mean * 1e3), 1);
+    markdown(
+        rows,
+        &[
+            ("readings used %", &used),
+            ("wrongly %", &wrong),
+            ("lines right %", &precision(lines)),
+            ("found %", &recall(lines)),
+            ("off by mm", &off),
+            ("points right %", &precision(points)),
+            ("found %", &recall(points)),
+            ("off by mm", &away),
+        ],
+    )
+}
