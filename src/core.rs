@@ -8,6 +8,7 @@ pub mod exit;
 pub mod frames;
 pub mod geometry;
 pub mod joint;
+pub mod least_explained;
 pub mod legible;
 pub mod log;
 pub mod methods;

@@ -8,6 +8,7 @@ pub mod findings;
 pub mod fleet;
 pub mod golden;
 pub mod info;
+pub mod map_file;
 pub mod report;
 pub mod reproduce;
 pub mod simulate;

@@ -8,6 +8,7 @@ use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::config::Config;
 use crate::core::exit::Exit;
+use crate::core::least_explained::least_explained;
 use crate::core::observer::{Observer, Setting};
 use crate::core::replay::Replay;
 use crate::core::tmam::arc::Arc;
@@ -35,6 +36,7 @@ use crate::tools::findings::{findings, to_warn_of, warnings};
 use crate::tools::fleet::Fleet;
 use crate::tools::fleet::replayed::Replayed;
 use crate::tools::golden::carried;
+use crate::tools::map_file::{self, MapFormat};
 
 /// Replay logs: record what was seen and decided, extract features
 ///
@@ -53,6 +55,7 @@ Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
   tmam replay drive.mcap --trace drive.jsonl      only the trace: why each arc was labelled so
   tmam replay drive.mcap --path drive.tum         the path used, for evo
+  tmam replay drive.mcap --map drive.pgm          the map for nav2, with drive.yaml
   tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd
   tmam replay drives/*.mcap -o out                all of them, and a table with the worst one first
   tmam replay drives --arcs arcs                  a table of all arcs, for DuckDB, Polars or pandas"
@@ -80,6 +83,9 @@ pub struct Args {
     /// where the name ends in .mcap
     #[arg(long, value_name = "FILE.tum", value_parser = path_file)]
     path: Option<PathBuf>,
+    /// Write the map here: .geojson, .csv, .svg, or .pgm, a grid for nav2 with its .yaml beside it
+    #[arg(long, value_name = "FILE", value_parser = map_file)]
+    map: Option<PathBuf>,
     /// Write a table of arcs in Parquet here: what the trace has, causes and the truth; of several logs, the folder
     /// for tables
     #[arg(long, value_name = "FILE.parquet", value_parser = ending_in("parquet"))]
@@ -176,6 +182,7 @@ impl Args {
     fn refuse_for_several(&self, folders: &Requested, logs: usize) -> Result<(), Error> {
         let is_of_one = [
             ("--path", self.path.is_some()),
+            ("--map", self.map.is_some()),
             ("--connect", self.connect.is_some()),
             ("--spawn", self.spawn),
             ("-", folders.paths().into_iter().flatten().any(is_stdout)),
@@ -193,6 +200,8 @@ impl Args {
             features: self.features.clone(),
             trace: self.trace.clone(),
             path: self.path.clone(),
+            map: self.map.clone(),
+            beside_map: self.map.as_deref().and_then(map_file::beside),
             arcs: self.arcs.clone(),
             inputs: self
                 .parameters
@@ -251,6 +260,7 @@ impl Args {
             if !self.no_causes {
                 outcome.causes = causes::look_for(&replay, &outcome);
             }
+            outcome.stretch = least_explained(&setting, &outcome);
             let mut facts = Facts::new(&survey, Some(outcome));
             let found = findings(&Examined {
                 facts: &facts,
@@ -264,7 +274,7 @@ impl Args {
                 .notes
                 .extend(serious.iter().map(|finding| finding.line()));
             if let Some(mut recording) = recording {
-                recording.tell_causes(outcome.causes.as_deref().unwrap_or_default())?;
+                recording.tell(&outcome)?;
                 let setting = Setting {
                     source: &source,
                     ..setting
@@ -286,6 +296,13 @@ impl Args {
         }
         if let Some(out) = &mut outputs.path {
             path_file::write(out, &replay, &outcome).map_err(|source| out.failed(source))?;
+        }
+        if let Some(out) = &mut outputs.map {
+            let path = replay.path(&outcome).into_iter();
+            let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();
+            let beside = outputs.beside_map.as_mut();
+            map_file::write(out, beside, &setting, &outcome, &path)
+                .map_err(|source| out.failed(source))?;
         }
         if let Some(out) = &mut outputs.arcs {
             // A truth that is of no use is none; `evaluate` says what is wrong with it.
@@ -320,6 +337,14 @@ struct Told {
     summary: Replayed,
     closing: String,
     to_stdout: bool,
+}
+
+fn map_file(name: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(name);
+    match MapFormat::of(&file) {
+        Some(_) => Ok(file),
+        None => Err("the name of a map ends in .geojson, .csv, .svg or .pgm".to_owned()),
+    }
 }
 
 fn path_file(name: &str) -> Result<PathBuf, String> {

@@ -13,8 +13,8 @@ use crate::io::output::Output;
 use crate::io::outputs::refuse_collisions;
 use crate::io::text_file::read_text;
 use crate::tools::simulate::{
-    Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, SimulateError, Simulation,
-    Stepwise, Untold,
+    Driving, FalseEchoes, LateStretch, Motion, OdometryNoise, Path, RangeNoise, Ring,
+    SimulateError, Simulation, Stepwise, Untold,
 };
 
 /// Simulate a robot with a sonar ring and write a ROS 2 MCAP log with the truth in it
@@ -189,6 +189,10 @@ pub struct Args {
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment, help_heading = "Faults")]
     needs: Vec<String>,
 
+    /// Ranges are stamped DELAY seconds late in the stretch from FROM to TO seconds after the start
+    #[arg(long, value_name = "FROM:TO:DELAY", help_heading = "Faults")]
+    late: Option<LateStretch>,
+
     /// A sonar that never gives an echo, repeatable
     #[arg(long, value_name = "NAME", help_heading = "Faults")]
     silent: Vec<String>,
@@ -269,6 +273,7 @@ impl TryFrom<Args> for Simulation {
                 turn: args.turn_noise.to_radians(),
             },
             untold: Untold::default(),
+            late: args.late,
             silent: args.silent,
             without_truth: args.no_truth,
             seed: args.seed,

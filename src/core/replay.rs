@@ -2,9 +2,11 @@
 
 mod error;
 mod outcome;
+mod stretch;
 
 pub use error::ReplayError;
 pub use outcome::{CauseTold, Outcome};
+pub use stretch::Stretch;
 
 use std::borrow::Cow;
 use std::sync::OnceLock;

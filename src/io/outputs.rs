@@ -16,6 +16,10 @@ pub struct Requested {
     pub trace: Option<PathBuf>,
     /// The path's file.
     pub path: Option<PathBuf>,
+    /// The map's file.
+    pub map: Option<PathBuf>,
+    /// The file beside it that says what it means.
+    pub beside_map: Option<PathBuf>,
     /// The file of the table of arcs.
     pub arcs: Option<PathBuf>,
     /// The evaluation's file.
@@ -41,6 +45,10 @@ pub struct Outputs {
     pub trace: Option<Output>,
     /// For the path.
     pub path: Option<Output>,
+    /// For the map.
+    pub map: Option<Output>,
+    /// For what is beside it.
+    pub beside_map: Option<Output>,
     /// For the table of arcs.
     pub arcs: Option<Output>,
     /// For the evaluation.
@@ -98,6 +106,8 @@ impl Requested {
             features: create(self.features)?,
             trace: create(self.trace)?,
             path: create(self.path)?,
+            map: create(self.map)?,
+            beside_map: create(self.beside_map)?,
             arcs: create(self.arcs)?,
             evaluation: create(self.evaluation)?,
         })
@@ -122,12 +132,14 @@ impl Requested {
     }
 
     /// The files that are named.
-    pub fn paths(&self) -> [Option<&Path>; 6] {
+    pub fn paths(&self) -> [Option<&Path>; 8] {
         [
             &self.recording,
             &self.features,
             &self.trace,
             &self.path,
+            &self.map,
+            &self.beside_map,
             &self.arcs,
             &self.evaluation,
         ]
@@ -199,6 +211,8 @@ impl Outputs {
             self.features,
             self.trace,
             self.path,
+            self.map,
+            self.beside_map,
             self.arcs,
             self.evaluation,
         ];

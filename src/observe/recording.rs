@@ -33,7 +33,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 use rerun::components::TextLogLevel;
-use rerun::{RecordingInfo, Scalars};
+use rerun::{RecordingInfo, Scalars, TextDocument};
 
 use self::about::opening;
 use self::blueprint::ViewLayout;
@@ -55,7 +55,7 @@ use self::suspects::Suspects;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
-use crate::core::replay::CauseTold;
+use crate::core::replay::Outcome;
 use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Step;
 use crate::core::wording::counted;
@@ -100,6 +100,9 @@ pub struct Recording<'a> {
     corrections: Corrections,
     reports: Reports,
     overlay: Overlay,
+    // What is off, and then the table of the suspects, for one page.
+    found: Vec<String>,
+    suspects: Option<String>,
 }
 
 impl<'a> Recording<'a> {
@@ -135,6 +138,8 @@ impl<'a> Recording<'a> {
             corrections: Corrections::default(),
             reports: Reports::default(),
             overlay,
+            found: Vec::new(),
+            suspects: None,
         };
         recording.begin()?;
         Ok(recording)
@@ -255,7 +260,7 @@ impl<'a> Recording<'a> {
         reports::put_lanes(self.seen.iter().copied(), canvas)?;
         let suspects = Suspects::draw(&self.reports, &step.reports, &step.predicting, canvas)?;
         if suspects.count > 0 {
-            canvas.put("/suspects", &suspects::page(&step.reports, &self.setting))?;
+            self.suspects = Some(suspects::table(&step.reports, &self.setting));
         }
         let plots = plots::deciding(self.setting.config, self.beam_width);
         let ends = self.span.as_slice().concat();
@@ -302,17 +307,22 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Tells at the first frame what is off in the log.
+    /// Tells what is off in the log: at the first frame, and above the suspects.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn tell_causes(&mut self, causes: &[CauseTold]) -> Result<(), Error> {
+    pub fn tell(&mut self, outcome: &Outcome) -> Result<(), Error> {
         let Some([first, _]) = self.span else {
             return Ok(());
         };
-        for (place, cause) in causes.iter().enumerate() {
-            let text = format!("cause {}: {}", place + 1, cause.text);
-            self.canvas.note(first, TextLogLevel::WARN, text)?;
+        let causes = outcome.causes.iter().flatten().enumerate();
+        let causes = causes.map(|(place, cause)| format!("cause {}: {}", place + 1, cause.text));
+        self.found.extend(causes);
+        let stretch = outcome.stretch.as_ref();
+        let stretch = stretch.map(|one| format!("stretch: {} {}", one.arcs, one.in_words()));
+        self.found.extend(stretch);
+        for text in &self.found {
+            self.canvas.note(first, TextLogLevel::WARN, text.clone())?;
         }
         self.canvas.flush()
     }
@@ -337,6 +347,12 @@ impl<'a> Recording<'a> {
     /// # Errors
     /// When the rest cannot be written.
     pub fn close(mut self, carried: Option<&Carried>) -> Result<Option<Error>, Error> {
+        if let Some(table) = &self.suspects {
+            let found = self.found.iter().map(|text| format!("**{text}**\n\n"));
+            let page = found.collect::<String>() + table;
+            self.canvas
+                .put("/suspects", &TextDocument::from_markdown(page))?;
+        }
         if let Some(carried) = carried {
             carried::put(carried, &mut self.canvas)?;
         }

@@ -193,6 +193,9 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
             100.0 * share
         );
         tell(&mut text, ("explained", bits.explained, what));
+        if let Some(stretch) = &outcome.stretch {
+            tell(&mut text, ("stretch", stretch.arcs, stretch.in_words()));
+        }
     }
     text
 }

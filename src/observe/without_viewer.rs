@@ -9,7 +9,7 @@ use super::drawing::{DrawnGrid, DrawnPair, Overlay};
 use super::viewer::{Carried, CarriedError, Error};
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
-use crate::core::replay::CauseTold;
+use crate::core::replay::Outcome;
 use crate::core::tmam::step::Step;
 
 /// There is none.
@@ -34,7 +34,7 @@ impl Recording {
         Err(Error::NotBuiltIn)
     }
 
-    pub fn tell_causes(&mut self, _causes: &[CauseTold]) -> Result<(), Error> {
+    pub fn tell(&mut self, _outcome: &Outcome) -> Result<(), Error> {
         match self.0 {}
     }
 

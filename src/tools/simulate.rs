@@ -7,6 +7,7 @@
 
 mod error;
 mod false_echoes;
+mod late;
 mod motion;
 mod noise;
 mod path;
@@ -24,6 +25,7 @@ pub use error::SimulateError;
 use error::require;
 pub use false_echoes::FalseEchoes;
 use false_echoes::Listener;
+pub use late::LateStretch;
 use motion::Action;
 pub use motion::{Driving, Motion, Stepwise};
 use noise::{DriftingOdometry, NoisySonar};
@@ -57,6 +59,8 @@ pub struct Simulation {
     pub odometry_noise: OdometryNoise,
     /// What the log says otherwise than it is.
     pub untold: Untold,
+    /// When its ranges are stamped late.
+    pub late: Option<LateStretch>,
     /// Sonars that give no echo, by name.
     pub silent: Vec<String>,
     /// The log does not say what really was.
@@ -92,7 +96,10 @@ impl Simulation {
         let mut ticks = self.motion.schedule(&self.path, self.ring.sonars)?;
         for tick in &mut ticks {
             if matches!(tick.action, Action::Fire(_)) {
-                tick.after_ns = self.untold.stamp_after_ns(tick.after_ns);
+                let delay_ns = (self.late.as_ref()).map_or(0, |late| late.delay_ns(tick.after_ns));
+                tick.after_ns = self
+                    .untold
+                    .stamp_after_ns(tick.after_ns.saturating_add(delay_ns));
             }
         }
         ticks.sort_by_key(|tick| tick.after_ns);

@@ -25,6 +25,7 @@ mod golden;
 mod info;
 #[cfg(feature = "viewer")]
 mod live;
+mod map_file;
 mod methods;
 mod noise;
 mod odd_logs;

@@ -61,6 +61,9 @@ fn folder() -> Bench {
     for log in ["room_step.mcap", "room_drive.mcap"] {
         fs::copy(sample(log), bench.path(log)).unwrap();
     }
+    fs::create_dir(bench.path("sample_logs")).unwrap();
+    let trouble = "room_trouble.mcap";
+    fs::copy(sample(trouble), bench.path("sample_logs").join(trouble)).unwrap();
     let drive = sample("room_drive.mcap");
     for copy in ["drive.mcap", "drives/monday.mcap", "drives/tuesday.mcap"] {
         fs::copy(&drive, bench.path(copy)).unwrap();
@@ -105,7 +108,7 @@ fn every_command_runs(page: &Path) {
 fn the_readme_shows_what_its_first_command_says() {
     let readme =
         fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
-    let run = folder().sh("tmam replay room_drive.mcap");
+    let run = folder().sh("tmam replay sample_logs/room_trouble.mcap");
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(
         blocks(&readme, "text").contains(&run.stdout.as_str()),

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
+use super::stretch::Stretch;
 use crate::core::event::SonarId;
 use crate::core::frames::{Frame, Tally};
 use crate::core::joint::{JointEstimate, OdometryKept};
@@ -51,6 +52,8 @@ pub struct Outcome {
     pub lacking: Option<String>,
     /// What is off, each tried, the weightiest first; `None` where that was not looked for.
     pub causes: Option<Vec<CauseTold>>,
+    /// The stretch that the map explains least, where one stands out and that was looked for.
+    pub stretch: Option<Stretch>,
 }
 
 /// What is off, in words.

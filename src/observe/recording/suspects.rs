@@ -3,8 +3,8 @@
 
 use std::fmt::Write as _;
 
+use rerun::LineStrips2D;
 use rerun::components::TextLogLevel;
-use rerun::{LineStrips2D, TextDocument};
 
 use super::canvas::{Canvas, LogLine, Moment, Shown, Strip};
 use super::entity::Entity;
@@ -116,8 +116,8 @@ fn ghost(feature: &MapFeature, canvas: &Canvas<'_>) -> Strip {
     Strip::named(places.collect(), name)
 }
 
-/// The table of the suspects.
-pub fn page(all: &[ArcReport], setting: &Setting<'_>) -> TextDocument {
+/// The table of the suspects, in Markdown.
+pub fn table(all: &[ArcReport], setting: &Setting<'_>) -> String {
     let labels = all
         .iter()
         .filter(|report| report.label.kind().is_some())
@@ -151,5 +151,5 @@ pub fn page(all: &[ArcReport], setting: &Setting<'_>) -> TextDocument {
         "\nThe whole story of one: `tmam explain {} --sensor SONAR --frame FRAME`\n",
         setting.source.file
     );
-    TextDocument::from_markdown(text)
+    text
 }

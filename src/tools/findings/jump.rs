@@ -56,12 +56,13 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             at(first.to.stamp_ns)
         )
     };
+    let by = if jumps.len() == 1 { "by" } else { "by up to" };
     let keys = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
     Some(Finding::new(
         Weight::Serious,
         "odometry-jump",
         format!(
-            "the odometry jumps {}, {when}, by up to {:.2} m and {:.1} deg more than the robot drives and turns",
+            "the odometry jumps {}, {when}, {by} {:.2} m and {:.1} deg more than the robot drives and turns",
             times(jumps.len() as u64),
             largest(0),
             largest(1).to_degrees()

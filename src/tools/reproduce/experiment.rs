@@ -167,6 +167,7 @@ fn room(sigma: f64, seed: u64) -> Result<(Log, RecordedTruth), ReproduceError> {
         false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
         untold: Untold::default(),
+        late: None,
         silent: Vec::new(),
         without_truth: false,
         seed,

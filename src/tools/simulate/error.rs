@@ -25,6 +25,12 @@ pub enum SimulateError {
     /// A way-point that is not two numbers.
     #[error("{0:?} is not a way-point; write x,y in metres, with spaces between way-points")]
     WaypointText(String),
+    /// A late stretch that is none.
+    #[error(
+        "{0:?} is no late stretch; write FROM:TO:DELAY in seconds after the start, with FROM before TO and a \
+         DELAY above 0 and of at most 60"
+    )]
+    LateText(String),
     /// Nowhere to go.
     #[error("a path needs at least 2 way-points, got {0}")]
     TooFewWaypoints(usize),

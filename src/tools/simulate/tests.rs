@@ -16,6 +16,7 @@ fn room(motion: Motion) -> Simulation {
         false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
         untold: Untold::default(),
+        late: None,
         silent: Vec::new(),
         without_truth: false,
         seed: 1,

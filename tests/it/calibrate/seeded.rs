@@ -180,6 +180,7 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
             OdometryNoise::default()
         },
         untold: Untold::default(),
+        late: None,
         silent: Vec::new(),
         without_truth: false,
         seed,

@@ -6,7 +6,7 @@
 use super::{golden, path_of, tmam};
 use crate::support::{Bench, sample};
 
-const SAMPLES: [&str; 2] = ["room_drive", "room_step"];
+const SAMPLES: [&str; 3] = ["room_drive", "room_step", "room_trouble"];
 
 #[test]
 fn the_samples_are_what_their_golden_files_say() {
@@ -19,6 +19,7 @@ fn the_samples_are_what_their_golden_files_say() {
             "check",
             &logs[0],
             &logs[1],
+            &logs[2],
             "--golden",
             golden.to_str().unwrap(),
             "--strict",
@@ -26,7 +27,7 @@ fn the_samples_are_what_their_golden_files_say() {
         &[],
     );
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
-    assert!(run.stdout.ends_with("2 logs: 2 ok\n"), "{}", run.stdout);
+    assert!(run.stdout.ends_with("3 logs: 3 ok\n"), "{}", run.stdout);
 }
 
 #[test]
@@ -35,7 +36,10 @@ fn the_samples_are_what_their_golden_files_say_under_the_noise_aware_rule() {
     let golden = golden().join("noise_aware");
     let logs = SAMPLES.map(|name| path_of(&format!("{name}.mcap")));
     let golden = golden.to_str().unwrap();
-    let arguments = ["check", &logs[0], &logs[1], "--golden", golden, "--strict"];
+    let [drive, step, trouble] = &logs;
+    let arguments = [
+        "check", drive, step, trouble, "--golden", golden, "--strict",
+    ];
     let run = tmam(&bench, &arguments, &[]);
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
 }

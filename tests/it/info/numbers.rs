@@ -246,7 +246,7 @@ fn a_heading_that_is_set_anew() {
     let before = case.odometry.iter().map(stamp);
     let start = stamp(&case.odometry[0]);
     let last = before.filter(|at| at - start < 50.0).fold(0.0, f64::max);
-    case.says(&format!("jumps once, at {:.1} s, by up to", last - first));
+    case.says(&format!("jumps once, at {:.1} s, by ", last - first));
     case.says(&format!("m and {:.1} deg more", 0.5_f64.to_degrees()));
 }
 

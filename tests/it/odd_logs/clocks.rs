@@ -89,7 +89,7 @@ fn an_odometry_that_jumps_and_clocks_that_go_back_together_are_told() {
     says(
         &replay(&bench, &leap),
         0,
-        &["the odometry jumps once, at 10.0 s, by up to 4.98 m"],
+        &["the odometry jumps once, at 10.0 s, by 4.98 m"],
     );
     let notes = bench.json("f")["source"]["notes"].to_string();
     assert!(notes.contains("the odometry jumps once"), "{notes}");

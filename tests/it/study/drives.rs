@@ -151,6 +151,7 @@ impl Case {
                 _ => OdometryNoise::default(),
             },
             untold: Untold::default(),
+            late: None,
             silent: Vec::new(),
             without_truth: false,
             seed,

@@ -34,6 +34,7 @@ fn room() -> Vec<u8> {
         false_echoes: FalseEchoes::default(),
         odometry_noise: OdometryNoise::default(),
         untold: Untold::default(),
+        late: None,
         silent: Vec::new(),
         without_truth: false,
         seed: 4,
