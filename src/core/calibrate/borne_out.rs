@@ -1,55 +1,101 @@
-//! Whether the readings of one sonar lie nearer to the map as it is, were the sonar as estimated: least squares
-//! over everything at once can run astray where a reading was taken for one of another feature.
+//! Whether the readings of one sonar lie nearer to the features that others hear, were the sonar as estimated: least
+//! squares over everything at once can run astray where a reading was taken for one of another feature.
 
 use super::parameter::{Parameter, Quantity, Whose};
-use super::ranges::{BESIDE_BEAM, BEYOND_END, OF_MAP, SIGMAS};
-use super::seen::{Ping, Scene};
+use super::ranges::{BESIDE_BEAM, BEYOND_END, OF_MAP, OF_OTHERS, SIGMAS};
+use super::seen::{Ping, Place, Scene};
+use crate::core::event::SonarId;
 use crate::core::geometry::{Vec2, angle_between, rotate};
 
-/// By how much the readings of a sonar are likelier with some of its values changed, in natural logarithms.
-/// `None` where the values are not the mount or the ranges of one sonar: of all of them, the map would move.
-pub fn gain(scene: &Scene, values: impl Iterator<Item = (Parameter, f64)>) -> Option<f64> {
-    let mut whose = None;
-    let (mut moved, mut scale, mut offset) = (Vec2::zeros(), 1.0, 0.0);
-    for (parameter, value) in values {
-        let Parameter::Sonar(Whose::One(sonar), quantity) = parameter else {
-            return None;
-        };
-        whose = Some(sonar);
-        match quantity {
-            Quantity::X => moved.x += value,
-            Quantity::Y => moved.y += value,
-            Quantity::RangeScale => scale += value,
-            Quantity::RangeOffset => offset += value,
-            Quantity::Yaw | Quantity::BeamWidth => return None,
-        }
-    }
-    let whose = whose?;
-    let mut gained = 0.0;
-    for ping in scene.pings.iter().filter(|ping| ping.sonar == whose) {
-        let Some((range, variance)) = ping.echo else {
-            continue;
-        };
-        let as_it_is = misfit(scene, ping, Vec2::zeros(), range, variance);
-        let changed = misfit(scene, ping, moved, range * scale + offset, variance);
-        gained += (as_it_is - changed) / 2.0;
-    }
-    Some(gained)
+/// The features, each with how many readings of every sonar fit it.
+pub struct Heard<'a> {
+    scene: &'a Scene,
+    counts: Vec<Vec<usize>>,
 }
 
-/// The square of what a range is off the nearest feature, in standard deviations; no more than a gate.
-fn misfit(scene: &Scene, ping: &Ping, robot_from_moved: Vec2, range: f64, variance: f64) -> f64 {
-    let mount = scene.mounts.get(ping.sonar.index());
-    let robot_yaw = ping.world_from_sensor.yaw - mount.map_or(0.0, |mount| mount.yaw);
-    let sensor = ping.world_from_sensor.position() + rotate(robot_from_moved, robot_yaw);
-    let variance = variance + OF_MAP * OF_MAP;
-    let near = scene.places.iter().filter_map(|place| {
-        let expected = place.expected(sensor)?;
-        let is_seen = expected.inside > -BEYOND_END
-            && angle_between(expected.bearing, ping.world_from_sensor.yaw)
-                < ping.beam_width / 2.0 + BESIDE_BEAM;
-        let off = range - expected.range;
-        is_seen.then_some(off * off / variance)
-    });
-    near.fold(SIGMAS * SIGMAS, f64::min)
+impl<'a> Heard<'a> {
+    /// As the map is.
+    pub fn new(scene: &'a Scene) -> Self {
+        let count = |place: &Place| {
+            let mut counts = vec![0; scene.mounts.len()];
+            for ping in &scene.pings {
+                let fit = ping.echo.and_then(|(range, variance)| {
+                    let sensor = ping.world_from_sensor.position();
+                    misfit(place, ping, sensor, range, variance)
+                });
+                if fit.is_some_and(|fit| fit < SIGMAS * SIGMAS)
+                    && let Some(count) = counts.get_mut(ping.sonar.index())
+                {
+                    *count += 1;
+                }
+            }
+            counts
+        };
+        Self {
+            scene,
+            counts: scene.places.iter().map(count).collect(),
+        }
+    }
+
+    /// By how much the readings of a sonar are likelier with some of its values changed, in natural logarithms.
+    /// `None` where the values are not the mount or the ranges of one sonar: of all of them, the map would move.
+    pub fn gain(&self, values: impl Iterator<Item = (Parameter, f64)>) -> Option<f64> {
+        let mut whose = None;
+        let (mut moved, mut scale, mut offset) = (Vec2::zeros(), 1.0, 0.0);
+        for (parameter, value) in values {
+            let Parameter::Sonar(Whose::One(sonar), quantity) = parameter else {
+                return None;
+            };
+            whose = Some(sonar);
+            match quantity {
+                Quantity::X => moved.x += value,
+                Quantity::Y => moved.y += value,
+                Quantity::RangeScale => scale += value,
+                Quantity::RangeOffset => offset += value,
+                Quantity::Yaw | Quantity::BeamWidth => return None,
+            }
+        }
+        let whose = whose?;
+        let places = self.of_others(whose);
+        let nearest = |ping: &Ping, moved: Vec2, range: f64, variance: f64| {
+            let mount = self.scene.mounts.get(ping.sonar.index());
+            let robot_yaw = ping.world_from_sensor.yaw - mount.map_or(0.0, |mount| mount.yaw);
+            let sensor = ping.world_from_sensor.position() + rotate(moved, robot_yaw);
+            let near = places
+                .iter()
+                .filter_map(|place| misfit(place, ping, sensor, range, variance));
+            near.fold(SIGMAS * SIGMAS, f64::min)
+        };
+        let pings = self.scene.pings.iter().filter(|ping| ping.sonar == whose);
+        let gains = pings.filter_map(|ping| {
+            let (range, variance) = ping.echo?;
+            let as_it_is = nearest(ping, Vec2::zeros(), range, variance);
+            let changed = nearest(ping, moved, range * scale + offset, variance);
+            Some((as_it_is - changed) / 2.0)
+        });
+        Some(gains.fold(0.0, |sum, gain| sum + gain))
+    }
+
+    /// The features that sonars beside one hear: what it alone hears lies where it puts it.
+    fn of_others(&self, sonar: SonarId) -> Vec<&'a Place> {
+        let is_of_others = |counts: &Vec<usize>| {
+            let all: usize = counts.iter().sum();
+            all - counts.get(sonar.index()).copied().unwrap_or(0) >= OF_OTHERS
+        };
+        let places = self.scene.places.iter().zip(&self.counts);
+        places
+            .filter(|(_, counts)| is_of_others(counts))
+            .map(|(place, _)| place)
+            .collect()
+    }
+}
+
+/// The square of what a range is off a feature, in standard deviations; `None` where the sensor does not hear it.
+fn misfit(place: &Place, ping: &Ping, sensor: Vec2, range: f64, variance: f64) -> Option<f64> {
+    let expected = place.expected(sensor)?;
+    let is_heard = expected.inside > -BEYOND_END
+        && angle_between(expected.bearing, ping.world_from_sensor.yaw)
+            < ping.beam_width / 2.0 + BESIDE_BEAM;
+    let off = range - expected.range;
+    is_heard.then_some(off * off / (variance + OF_MAP * OF_MAP))
 }

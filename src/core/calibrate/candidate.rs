@@ -1,7 +1,7 @@
 //! What may be off, by what the ranges and the beams of a replay say: to be tried.
 
 use super::bearings::{Beam, trials};
-use super::borne_out;
+use super::borne_out::Heard;
 use super::parameter::{Parameter, Quantity, Whose};
 use super::ranges::{self, RangeEstimate};
 use super::seen::Scene;
@@ -137,12 +137,28 @@ impl Estimates {
         })
     }
 
-    /// What is clearly off, the likeliest first.
+    /// What is clearly off, the likeliest first; of one sonar's mount and ranges by no more than its readings lie nearer
+    /// to the map with it.
     pub fn candidates(&self) -> Vec<Candidate> {
         let groups = self.groups().into_iter();
-        let mut candidates: Vec<Candidate> = groups
+        let clear = groups
             .filter_map(|group| self.of(&group))
-            .map(|candidate| self.borne_out(candidate))
+            .filter(|candidate| candidate.is_clear(self.seconds));
+        let clear: Vec<Candidate> = clear.collect();
+        if clear.is_empty() {
+            return clear;
+        }
+        let heard = Heard::new(&self.scene);
+        let borne_out = |candidate: Candidate| {
+            let values = candidate.values.iter();
+            let gain = heard.gain(values.map(|one| (one.parameter, one.value)));
+            Candidate {
+                gain: gain.map_or(candidate.gain, |gain| gain.min(candidate.gain)),
+                ..candidate
+            }
+        };
+        let mut candidates: Vec<Candidate> = (clear.into_iter())
+            .map(borne_out)
             .filter(|candidate| candidate.is_clear(self.seconds))
             .collect();
         candidates.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
@@ -165,17 +181,6 @@ impl Estimates {
         ];
         let others = all.iter().filter(|other| *other != group);
         others.filter_map(|other| self.of(other)).collect()
-    }
-
-    /// A candidate that gains no more than the readings are nearer to the map with it.
-    fn borne_out(&self, candidate: Candidate) -> Candidate {
-        let values = candidate.values.iter();
-        let values = values.map(|one| (one.parameter, one.value));
-        let gain = borne_out::gain(&self.scene, values);
-        Candidate {
-            gain: gain.map_or(candidate.gain, |gain| gain.min(candidate.gain)),
-            ..candidate
-        }
     }
 }
 

@@ -51,7 +51,7 @@ pub const BESIDE_BEAM: f64 = 0.2;
 pub const BEYOND_END: f64 = 0.05;
 
 /// Features with fewer readings of other sonars are a sonar's own.
-const OF_OTHERS: usize = 3;
+pub const OF_OTHERS: usize = 3;
 
 /// The step by which derivatives by scales are taken.
 const STEP: f64 = 1e-4;
