@@ -137,12 +137,11 @@ fn time_panel(layout: &ViewLayout) -> TimePanelBlueprint {
         // Following puts the cursor on the last frame, where the whole map is to be seen.
         return panel.with_play_state(PlayState::Following);
     };
-    // A blueprint cannot set the cursor. But a loop draws it into its range, and one of a single
-    // frame keeps it there until somebody moves it.
+    // A blueprint cannot set the cursor. But one that plays comes into the range of a loop, soon enough at the
+    // viewer's usual pace, and a loop of a single frame keeps it there until somebody moves it.
     panel
         .with_play_state(PlayState::Playing)
         .with_loop_mode(LoopMode::Selection)
-        .with_fps(1.0)
         .with_time_selection(AbsoluteTimeRange(datatypes::AbsoluteTimeRange {
             min: TimeInt(first),
             max: TimeInt(first + 1),

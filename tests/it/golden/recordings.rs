@@ -116,7 +116,7 @@ fn recordings_without_results_are_refused_with_what_to_do() {
     bench.put("twice.rrd", [&whole[..], &whole[..]].concat());
     bench.put("old.rrd", b"RRF1 and so on");
     for (name, said) in [
-        ("sweep.rrd", "it shows a sweep. "),
+        ("sweep.rrd", "it shows a sweep or a comparison. "),
         ("cut.rrd", "it is cut off"),
         ("twice.rrd", "more than one recording"),
         ("old.rrd", "cannot be decoded at byte 0"),
