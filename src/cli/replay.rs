@@ -127,15 +127,19 @@ impl Args {
         let config = self.parameters.configuration()?;
         let logs = drives::logs(&self.logs)?;
         match logs.as_slice() {
-            [log] if !self.names_a_folder() => self.one(log, &config),
+            [log] if !self.asks_for_folders(log) => self.one(log, &config),
             _ => self.several(&drives::drives(logs), &config),
         }
     }
 
-    /// Whether the outputs go into a folder, as those of several logs do.
-    fn names_a_folder(&self) -> bool {
+    /// Whether outputs go into folders, as those of several logs do: they are named so, or the log is the only one
+    /// of a folder or a pattern, which may have more tomorrow.
+    fn asks_for_folders(&self, log: &Path) -> bool {
+        let outputs = [&self.output, &self.features, &self.trace, &self.arcs];
+        let mut named = outputs.into_iter().flatten();
         let is_folder = |path: &PathBuf| path.is_dir() || path.to_string_lossy().ends_with('/');
-        self.output.as_ref().is_some_and(is_folder)
+        let is_named = self.logs.iter().any(|named| named == log);
+        named.clone().any(is_folder) || (!is_named && named.next().is_some())
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {

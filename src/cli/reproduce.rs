@@ -6,7 +6,7 @@ use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::io::output::{print, write_whole};
 use crate::observe::report::written;
-use crate::tools::reproduce::{Reproduction, page};
+use crate::tools::reproduce::{OF_THE_DOCS, Reproduction, page};
 
 /// Make the paper's experiment again: its room, its Table I and its figures 5 and 6
 ///
@@ -24,10 +24,10 @@ pub struct Args {
     #[arg(short, long = "output", value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Standard deviation of a range, metres
-    #[arg(long, value_name = "M", default_value_t = 0.003)]
+    #[arg(long, value_name = "M", default_value_t = OF_THE_DOCS.0)]
     noise: f64,
     /// Chooses the noise
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = OF_THE_DOCS.1)]
     seed: u64,
 }
 

@@ -64,7 +64,7 @@ pub struct Args {
         long,
         value_name = "H",
         requires = "drive",
-        conflicts_with = "laps",
+        conflicts_with_all = ["laps", "steps"],
         help_heading = "World"
     )]
     hours: Option<f64>,

@@ -12,7 +12,8 @@ use rayon::iter::{
 
 use crate::core::exit::Exit;
 use crate::core::legible::one_line;
-use crate::core::replay::CauseTold;
+use crate::core::replay::{CauseTold, Stretch};
+use crate::core::rounding::fixed;
 use crate::io::drives::Drive;
 use crate::tools::tables::{TableColumn, listed, name};
 
@@ -161,17 +162,26 @@ fn ending(exit: Exit) -> &'static str {
     }
 }
 
-/// The keys that mend what is off; `None` where that was not looked for.
-fn off(causes: Option<&[CauseTold]>) -> String {
-    match causes {
-        None => "-".to_owned(),
-        Some([]) => "none found".to_owned(),
+/// The keys that mend what is off, and the stretch in which something was; `None` where that was not looked for.
+fn off(causes: Option<&[CauseTold]>, stretch: Option<&Stretch>) -> String {
+    let settings = match causes {
+        None | Some([]) => None,
         Some([first, rest @ ..]) => {
             let settings = first.settings.join(", ");
-            match rest.len() {
+            Some(match rest.len() {
                 0 => settings,
                 more => format!("{settings} and {more} more"),
-            }
+            })
         }
+    };
+    let stretch = stretch.map(|stretch| {
+        let [from, to] = stretch.seconds.map(|seconds| fixed(seconds, 1));
+        format!("{from} to {to} s")
+    });
+    let off: Vec<String> = settings.into_iter().chain(stretch).collect();
+    match (off.is_empty(), causes) {
+        (false, _) => off.join(", "),
+        (true, None) => "-".to_owned(),
+        (true, Some(_)) => "none found".to_owned(),
     }
 }

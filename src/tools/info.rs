@@ -11,7 +11,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use crate::core::replay::{CauseTold, Replay};
+use crate::core::least_explained::least_explained;
+use crate::core::replay::{CauseTold, Replay, Stretch};
 use crate::io::log::survey::Survey;
 use crate::observe::causes;
 use crate::tools::document;
@@ -59,7 +60,16 @@ impl Info {
             (trial.possible, &trial.outcome, replay)
         {
             self.causes = causes::look_for(&replay, outcome);
+            let stretch = least_explained(&replay.setting(), outcome);
+            if let Some(outcome) = &mut self.facts.replay.outcome {
+                outcome.stretch = stretch;
+            }
         }
+    }
+
+    /// The stretch in which something was off.
+    pub fn stretch(&self) -> Option<&Stretch> {
+        self.facts.replay.outcome.as_ref()?.stretch.as_ref()
     }
 
     /// Whether the log is whole, can be replayed as it is, and holds an echo.

@@ -6,4 +6,4 @@ mod page;
 pub mod paper;
 
 pub use experiment::{ReproduceError, Reproduction};
-pub use page::page;
+pub use page::{OF_THE_DOCS, page};

@@ -135,3 +135,43 @@ fn several_logs_are_told_and_held_against_the_truth_in_tables() {
     assert_eq!(files.count(), 2);
     assert_eq!(bench.sh(&format!("tmam info --skeleton {logs}")).code, 2);
 }
+
+#[test]
+fn the_only_log_of_a_folder_goes_into_a_folder_like_those_of_several() {
+    let bench = drives();
+    for (named, out) in [
+        ("'other/*.mcap'", "a"),
+        ("other", "b"),
+        ("drives/short.mcap", "c/"),
+    ] {
+        let run = bench.sh(&format!(
+            "tmam replay {named} --features {out} --arcs {out} --no-causes"
+        ));
+        assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+        let folder = bench.path(out);
+        assert!(folder.join("short.features.json").is_file(), "{named}");
+        assert!(
+            !cfg!(feature = "parquet") || folder.join("log=short/arcs.parquet").is_file(),
+            "{named}"
+        );
+    }
+}
+
+#[test]
+fn a_late_stretch_is_told_by_info_and_in_the_table() {
+    let bench = Bench::new();
+    fs::copy(sample("room_trouble.mcap"), bench.path("trouble.mcap")).unwrap();
+    fs::copy(sample("room_drive.mcap"), bench.path("drive.mcap")).unwrap();
+    let info = bench.sh("tmam info trouble.mcap");
+    assert!(
+        info.stdout.contains("arcs from 44.3 to 51.6 s"),
+        "{}",
+        info.stdout
+    );
+    let both = bench.sh("tmam replay drive.mcap trouble.mcap --features out");
+    assert!(both.stdout.contains("44.3 to 51.6 s"), "{}", both.stdout);
+    assert!(both.stdout.contains("none found"), "{}", both.stdout);
+    let rival = bench.sh("tmam replay drive.mcap trouble.mcap --features tbf --method tbf");
+    assert_eq!(rival.code, 0, "{}", rival.stderr);
+    assert!(!rival.stdout.contains("none found"), "{}", rival.stdout);
+}

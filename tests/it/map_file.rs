@@ -29,7 +29,8 @@ fn a_map_is_what_its_extension_says_and_the_same_in_all() {
         assert_eq!(drawn["geometry"]["type"], "Point");
         let place = &drawn["geometry"]["coordinates"];
         assert_eq!((&place[0], &place[1]), (&point["x"], &point["y"]));
-        let row = rows.iter().find(|row| row[0] == id.to_string()).unwrap();
+        let id = id.to_string();
+        let row = rows.iter().find(|row| row[0] == id).unwrap();
         let x: f64 = row[3].parse().unwrap();
         assert!((x - point["x"].as_f64().unwrap()).abs() < 1e-8);
         assert_eq!((row[1], row[5], row[7]), ("point", "", ""));

@@ -1,10 +1,11 @@
 //! What a table says of a log that was replayed, and of one that was held against the truth.
 
 use super::{Summary, off};
+use crate::core::config::Method;
 use crate::core::exit::Exit;
 use crate::core::observer::Setting;
 use crate::core::pattern::is_chosen;
-use crate::core::replay::{CauseTold, Outcome};
+use crate::core::replay::{CauseTold, Outcome, Stretch};
 use crate::core::statistics::{fraction, seconds, share};
 use crate::tools::sweep::score::{Score, TruthScore};
 use crate::tools::tables::{TableColumn, percent};
@@ -22,6 +23,10 @@ pub struct Replayed {
     pub score: Score,
     /// What is off; `None` where that was not looked for.
     pub causes: Option<Vec<CauseTold>>,
+    /// The stretch in which something was off.
+    pub stretch: Option<Stretch>,
+    /// Whether a map predicts labels: TMAM's does.
+    pub predicts: bool,
 }
 
 impl Replayed {
@@ -42,6 +47,8 @@ impl Replayed {
             sonars: sonars.filter(|it| is_chosen(asked, &it.name)).count(),
             score: Score::new(outcome, truth),
             causes: outcome.causes.clone(),
+            stretch: outcome.stretch,
+            predicts: setting.config.method == Method::Tmam,
         }
     }
 
@@ -53,12 +60,16 @@ impl Replayed {
         ("labelled\n%", &|of| {
             percent(share(of.score.labelled(), of.score.arcs))
         }),
-        ("suspects", &|of| of.score.suspects.to_string()),
+        ("suspects", &|of| {
+            of.predicted(|score| score.suspects.to_string())
+        }),
         ("explained\n%", &|of| {
-            percent(share(of.score.explained, of.score.arcs))
+            of.predicted(|score| percent(share(score.explained, score.arcs)))
         }),
         ("map", &|of| (of.score.lines + of.score.points).to_string()),
-        ("what is off", &|of| off(of.causes.as_deref())),
+        ("what is off", &|of| {
+            off(of.causes.as_deref(), of.stretch.as_ref())
+        }),
     ];
 
     /// What the table has of it where the truth is known.
@@ -74,6 +85,13 @@ impl Replayed {
         ("spurious", &|of| of.truth(|truth| truth.spurious)),
         ("twice", &|of| of.truth(|truth| truth.twice)),
     ];
+
+    fn predicted(&self, of: fn(&Score) -> String) -> String {
+        match self.predicts {
+            true => of(&self.score),
+            false => "-".to_owned(),
+        }
+    }
 
     fn truth(&self, of: fn(&TruthScore) -> u64) -> String {
         let truth = self.score.truth.as_ref();
@@ -94,7 +112,7 @@ impl Summary for Replayed {
             let wrong = fraction(truth.wrong, score.labelled());
             return [truth.map_errors() as f64, wrong, 0.0];
         }
-        let causes = self.causes.as_ref().map_or(0, Vec::len);
+        let causes = self.causes.as_ref().map_or(0, Vec::len) + usize::from(self.stretch.is_some());
         let suspects = fraction(score.suspects, score.labelled());
         let explained = fraction(score.explained, score.arcs);
         [causes as f64, suspects, -explained]

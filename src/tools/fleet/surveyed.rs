@@ -25,7 +25,7 @@ impl Info {
             let first = of.findings.first();
             first.map_or("-", |finding| finding.code).to_owned()
         }),
-        ("what is off", &|of| off(of.causes.as_deref())),
+        ("what is off", &|of| off(of.causes.as_deref(), of.stretch())),
     ];
 }
 

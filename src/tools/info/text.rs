@@ -7,7 +7,7 @@ use comfy_table::{ColumnConstraint, Table, Width};
 
 use super::Info;
 use crate::core::legible::{legible, one_line, shortened};
-use crate::core::replay::CauseTold;
+use crate::core::replay::{CauseTold, Stretch};
 use crate::core::rounding::fixed;
 use crate::core::statistics::{fraction, median, seconds};
 use crate::core::wording::counted;
@@ -45,7 +45,7 @@ pub fn text(info: &Info) -> String {
     }
     section(&mut text, "FINDINGS", &findings(&info.findings));
     if let Some(causes) = &info.causes {
-        section(&mut text, "CAUSES", &self::causes(causes));
+        section(&mut text, "CAUSES", &self::causes(causes, info.stretch()));
     }
     if let Some(skeleton) = &info.skeleton {
         let title = "TMAM.TOML (print only this: --skeleton)";
@@ -252,11 +252,15 @@ fn clocks(facts: &Facts) -> String {
 }
 
 /// What is off by the ranges, tried.
-fn causes(causes: &[CauseTold]) -> String {
+fn causes(causes: &[CauseTold], stretch: Option<&Stretch>) -> String {
     let mut table = listed_below();
     for (place, cause) in causes.iter().enumerate() {
         let text = shortened(&one_line(&cause.text), LONGEST_NAME, LONGEST_PART);
         table.add_row([(place + 1).to_string(), text]);
+    }
+    if let Some(stretch) = stretch {
+        let text = format!("{} {}", stretch.arcs, stretch.in_words());
+        table.add_row(["stretch".to_owned(), text]);
     }
     if causes.is_empty() {
         table.add_row(["none", &format!("found among: {LOOKED_AT}")]);

@@ -68,7 +68,9 @@ pub fn page(
         env!("CARGO_PKG_VERSION"),
         file = shown(&source.file),
     );
-    html.push_str(&numbers(outcome, suspects.len()));
+    // Only TMAM's map predicts labels.
+    let is_held = setting.config.method == Method::Tmam;
+    html.push_str(&numbers(outcome, is_held.then_some(suspects.len())));
     for line in problems.lines() {
         // Writing to a string cannot fail.
         let _ = writeln!(html, "<p class=\"said\">{}</p>", shown(line));
@@ -106,7 +108,7 @@ fn shown(text: &str) -> String {
     escape(legible(text).as_ref()).into_owned()
 }
 
-fn numbers(outcome: &Outcome, suspects: usize) -> String {
+fn numbers(outcome: &Outcome, suspects: Option<usize>) -> String {
     let of = |kind: Kind, status: Status| {
         let is = |f: &&MapFeature| f.shape.kind() == kind && f.status == status;
         outcome.map.iter().filter(is).count()
@@ -118,7 +120,10 @@ fn numbers(outcome: &Outcome, suspects: usize) -> String {
         triples += hearing.triples;
         explained += hearing.explained;
     }
-    let share = format!("{:.0} %", 100.0 * fraction(explained, triples));
+    let none = || "-".to_owned();
+    let share = suspects.map_or_else(none, |_| {
+        format!("{:.0} %", 100.0 * fraction(explained, triples))
+    });
     let mut html = String::from("<div class=\"numbers\">");
     for (number, name, is_bad) in [
         (
@@ -133,7 +138,11 @@ fn numbers(outcome: &Outcome, suspects: usize) -> String {
         ),
         (tentative.to_string(), "tentative", false),
         (labels.to_string(), "labels", false),
-        (suspects.to_string(), "suspect", suspects > 0),
+        (
+            suspects.map_or_else(none, |count| count.to_string()),
+            "suspect",
+            suspects > Some(0),
+        ),
         (share, "of triples explained", false),
     ] {
         let class = if is_bad { " class=\"bad\"" } else { "" };
@@ -144,6 +153,12 @@ fn numbers(outcome: &Outcome, suspects: usize) -> String {
 }
 
 fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
+    if setting.config.method != Method::Tmam {
+        return format!(
+            "<h2>Suspects</h2>\n<p>Not looked for: method {} has no map that predicts labels.</p>\n",
+            setting.config.method.name()
+        );
+    }
     if suspects.is_empty() {
         return "<h2>Suspects</h2>\n<p>The map and the readings were held against every label; none is \
                 contradicted.</p>\n"

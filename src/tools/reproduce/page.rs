@@ -11,12 +11,21 @@ use crate::core::rounding::fixed;
 use crate::core::tmam::feature::{Shape, Status};
 use crate::core::world::Reflector;
 
+/// The noise and the seed of `docs/table1.md`.
+pub const OF_THE_DOCS: (f64, u64) = (0.003, 1);
+
 /// Table I, the counts, and where the paper's rule comes nearest to them, as Markdown.
 pub fn page(reproduction: &Reproduction) -> String {
     let millimetres = reproduction.sigma * 1e3;
+    let made = match (reproduction.sigma, reproduction.seed) {
+        (sigma, seed) if (sigma, seed) == OF_THE_DOCS => {
+            "Made by `tmam reproduce -o docs`; a test holds this page to it".to_owned()
+        }
+        (sigma, seed) => format!("Made by `tmam reproduce --noise {sigma} --seed {seed}`"),
+    };
     let mut text = format!(
         "# The paper's experiment\n\n\
-         Made by `tmam reproduce -o docs`; a test holds this page to it. The paper's room in 150 steps of 12 cm past \
+         {made}. The paper's room in 150 steps of 12 cm past \
          sixteen sonars, {millimetres} mm of\nnoise, seed {}. Lengths are centimetres and angles radians, as in the \
          paper.\n\n\
          ## Table I\n\n\
