@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|input: &[u8]| tmam_fuzz::log::fuzzing::container(input));
+libfuzzer_sys::fuzz_target!(|input: &[u8]| tmam_replay::io::log::fuzzing::container(input));

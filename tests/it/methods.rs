@@ -109,6 +109,7 @@ fn crowley_finds_the_walls_and_takes_corners_for_walls_too() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
 fn features_without_covariance_say_so_and_what_is_tmams_is_off() {
     let bench = Bench::new();
     bench.sh("tmam simulate -o log.mcap --noise 0.003");
