@@ -192,6 +192,32 @@ fn a_lidar_is_no_sonar_ring_unless_it_is_asked_for() {
 }
 
 #[test]
+fn a_scan_in_degrees_is_the_ring_that_it_is_in_radians_and_told() {
+    let in_degrees = |time| {
+        let (kind, scan) = ring(time);
+        let mut scan: serde_json::Value = serde_json::from_slice(&scan).unwrap();
+        for angle in ["start_angle", "end_angle"] {
+            scan[angle] = scan[angle].as_f64().unwrap().to_degrees().into();
+        }
+        (kind, bytes(scan))
+    };
+    let bench = Bench::new();
+    for (name, ring) in [
+        ("radians.mcap", log(&drive(ring))),
+        ("degrees.mcap", log(&drive(in_degrees))),
+    ] {
+        let path = bench.put(name, ring);
+        let run = bench.tmam(&path, "replay {} --trace t --no-causes");
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let yaws: Vec<f64> = sensors(&bench).iter().map(|(_, yaw)| *yaw).collect();
+        assert_eq!(yaws, [45.0, 90.0], "{name}");
+        let info = bench.tmam(&path, "info {} --no-causes").stdout;
+        let said = "scans span more than a turn in radians (all 3 sonars)";
+        assert_eq!(info.contains(said), name == "degrees.mcap", "{info}");
+    }
+}
+
+#[test]
 fn a_sonar_that_is_not_read_is_a_loss_and_a_camera_is_none() {
     let idl = |name: &'static str| -> Kind { ("cdr", name, "ros2idl", b"module m {};") };
     let xcdr2: Kind = ("cdr", "sensor_msgs/msg/Range", "", b"");

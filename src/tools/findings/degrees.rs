@@ -14,13 +14,10 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
         Weight::Notable,
         "scan-in-degrees",
         format!(
-            "{} scans of more than a turn in radians: their angles are taken for degrees",
-            match scans.len() {
-                1 => format!("{} is of", which_sonars(&scans, sonars)),
-                _ => format!("{} are of", which_sonars(&scans, sonars)),
-            }
+            "scans span more than a turn in radians ({}): their angles are taken for degrees",
+            which_sonars(&scans, sonars)
         ),
-        "messages have angles in radians; other programs put these beams anywhere",
+        "other programs take the angles for radians and put these beams anywhere",
         "mend the driver: angle_min, angle_max and angle_increment are in radians".to_owned(),
     )]
 }
