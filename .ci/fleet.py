@@ -3,9 +3,11 @@
 
 usage: fleet.py TMAM [--update]
 
-Needs duckdb, polars, pandas, pyarrow and datafusion. With --update the answers are written into the page.
+Needs duckdb, polars, pandas, pyarrow, datafusion and rerun-sdk. With --update the answers are written into the page.
 """
 
+import contextlib
+import io
 import os
 import re
 import subprocess
@@ -46,9 +48,7 @@ def main(tmam, *options):
         os.mkdir("drives")
         for name, faults in DRIVES.items():
             subprocess.run([tmam, "simulate", "-o", f"drives/{name}.mcap", *ROOM.split(), *faults.split()], check=True)
-        subprocess.run([tmam, "replay", "drives", "--arcs", "arcs"], check=True)
-        for block in re.findall(r"```python\n(.*?)```", page, re.S):
-            exec(block, {})
+        subprocess.run([tmam, "replay", "drives", "-o", "out", "--arcs", "arcs"], check=True)
         # As other engines read it.
         rows = duckdb.sql("SELECT count(*) FROM 'arcs/*/*.parquet'").fetchall()[0][0]
         context = datafusion.SessionContext()
@@ -59,7 +59,14 @@ def main(tmam, *options):
         def answered(block):
             return f"```sql\n{block[1]}```\n\n```text\n{answer(block[1])}```\n"
 
-        new = re.sub(r"```sql\n(.*?)```\n(?:\n```text\n.*?```\n)?", answered, page, flags=re.S)
+        def printed(block):
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                exec(block[1], {})
+            return f"```python\n{block[1]}```\n" + (f"\n```text\n{said.getvalue()}```\n" if block[2] else "")
+
+        new = re.sub(r"```python\n(.*?)```\n(\n```text\n.*?```\n)?", printed, page, flags=re.S)
+        new = re.sub(r"```sql\n(.*?)```\n(?:\n```text\n.*?```\n)?", answered, new, flags=re.S)
     if "--update" in options:
         open(PAGE, "w").write(new)
     elif new != page:

@@ -20,17 +20,21 @@ mod reproduce;
 mod simulate;
 mod sweep;
 
+use std::io::{self, Write as _};
+
 use clap::{ArgAction, Parser, Subcommand};
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
+use crate::core::tool::LONG_VERSION;
+use crate::io::output::OutputError;
 
 /// Look into what a sonar map was made of.
 ///
 /// Replays an MCAP log of sonar ranges and odometry through TMAM, the three measurements
 /// association model, and records every arc, label and feature for the Rerun viewer.
 #[derive(Debug, Parser)]
-#[command(name = "tmam", version, max_term_width = 100, disable_help_flag = true)]
+#[command(name = "tmam", version, long_version = LONG_VERSION.as_str(), max_term_width = 100, disable_help_flag = true)]
 pub struct Cli {
     /// Print help
     #[arg(short, long, global = true, display_order = 100, action = ArgAction::HelpShort)]
@@ -66,6 +70,22 @@ enum Command {
 }
 
 impl Cli {
+    /// Says what the command line asks for or what is wrong with it: help, the version, an error.
+    ///
+    /// # Errors
+    /// When standard output cannot be written.
+    pub fn told(said: &clap::Error) -> Result<Exit, Error> {
+        let printed = said.print().and_then(|()| io::stdout().flush());
+        match printed {
+            Err(source) if source.kind() != io::ErrorKind::BrokenPipe && !said.use_stderr() => {
+                let path = "standard output".into();
+                Err(OutputError { path, source }.into())
+            }
+            _ if said.use_stderr() => Ok(Exit::Unusable),
+            _ => Ok(Exit::Done),
+        }
+    }
+
     /// Runs the command; how it ended.
     ///
     /// # Errors

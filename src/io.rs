@@ -1,3 +1,4 @@
+pub mod colour;
 pub mod config;
 pub mod drives;
 #[cfg(all(unix, feature = "terminal"))]

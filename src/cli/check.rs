@@ -65,6 +65,9 @@ pub struct Args {
     /// Write a Markdown summary
     #[arg(long, value_name = "FILE.md", help_heading = "Reports")]
     summary: Option<PathBuf>,
+    /// Tell nothing of logs that match
+    #[arg(short, long, conflicts_with = "json", help_heading = "Reports")]
+    quiet: bool,
     /// Print the report in JSON (tmam.check/1): SI units and radians
     #[arg(long, help_heading = "Reports")]
     json: bool,
@@ -150,7 +153,7 @@ impl Args {
             }
         };
         let reports = suite.run(|one| {
-            if !self.json {
+            if !self.json && !(self.quiet && exit(std::slice::from_ref(one)) == Exit::Done) {
                 say(&report(one, self.show, self.strict));
             }
         });

@@ -61,8 +61,8 @@ pub struct Args {
     /// Method that B is replayed with [default: that of both]
     #[arg(long, value_name = "METHOD", value_enum)]
     method_b: Option<MethodName>,
-    /// Write a recording for the Rerun viewer here: the differences over the run of B where B is a log, else both
-    /// maps over each other
+    /// Write a recording for the Rerun viewer here: the differences over the run of B where B is a log, else over that
+    /// of A, else both maps over each other
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
     /// A tolerance, repeatable: rho=0.02 (metres and radians) [default: those of a golden file]
@@ -74,6 +74,9 @@ pub struct Args {
     /// Borderline labels are differences, too
     #[arg(long)]
     strict: bool,
+    /// Say nothing: the exit code tells
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
     /// Print the differences in JSON (tmam.diff/1): SI units and radians
     #[arg(long)]
     json: bool,
@@ -114,7 +117,7 @@ impl Args {
         }
         let out = self.open(&[self.a.as_path(), b])?;
         let diff = Diff::new(&self.a, self.b.as_deref(), &terms)?;
-        print(&if self.json {
+        self.say(&if self.json {
             format!("{:#}\n", diff.json(self.strict))
         } else {
             diff.text(self.show, self.strict)
@@ -131,7 +134,7 @@ impl Args {
         for [a, b] in &folders.pairs {
             let diff = Diff::new(a, Some(b), terms)?;
             if !self.json {
-                print(&format!("{}\n", diff.text(self.show, self.strict)))?;
+                self.say(&format!("{}\n", diff.text(self.show, self.strict)))?;
             }
             all.push(diff);
         }
@@ -147,18 +150,25 @@ impl Args {
             let pairs = all.iter().map(|diff| diff.json(self.strict));
             let pairs: Vec<_> = pairs.collect();
             let said = json!({ "exit_code": exit.code(), "pairs": pairs, "alone": alone });
-            print(&format!("{said:#}\n"))?;
+            self.say(&format!("{said:#}\n"))?;
         } else {
             for file in alone {
-                print(&format!(
+                self.say(&format!(
                     "{} has nothing of its name or its drive beside it\n",
                     inert_line(&file)
                 ))?;
             }
-            print(&together(&all))?;
+            self.say(&together(&all))?;
         }
         self.draw(&all, out)?;
         Ok(exit)
+    }
+
+    fn say(&self, text: &str) -> Result<(), Error> {
+        match self.quiet {
+            true => Ok(()),
+            false => Ok(print(text)?),
+        }
     }
 
     /// Opens the output, which is none of what is read.
@@ -179,7 +189,10 @@ impl Args {
         write(all, &mut out)?;
         let path = out.path().to_owned();
         out.commit()?;
-        Ok(show(&written(&[path]), self.json)?)
+        if !self.quiet {
+            show(&written(&[path]), self.json)?;
+        }
+        Ok(())
     }
 }
 

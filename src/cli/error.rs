@@ -45,6 +45,17 @@ pub enum Error {
         /// How many.
         logs: usize,
     },
+    /// Several logs, and an output called as that of one is.
+    #[error(
+        "{} is called as the file of one log is, and {logs} are given: name a folder, such as {}/", path.display(),
+        path.with_extension("").display()
+    )]
+    FileOfSeveral {
+        /// As named.
+        path: PathBuf,
+        /// How many.
+        logs: usize,
+    },
     /// Several logs at once.
     #[error(transparent)]
     Fleet(#[from] FleetError),

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use super::parameters::Parameters;
 use super::simulate::{WorldFile, world_file};
 use crate::cli::error::Error;
-use crate::cli::named::ending_in;
+use crate::cli::named::{ending_in, is_folder};
 use crate::core::config::Config;
 use crate::core::exit::Exit;
-use crate::core::observer::Kept;
+use crate::core::observer::{Kept, Observer};
 use crate::core::replay::{Replay, ReplayError};
 use crate::io::drives::{self, Drive};
 use crate::io::log;
-use crate::io::output::{is_stdout, show};
+use crate::io::output::{is_stdout, print, show};
 use crate::io::outputs::{Requested, Written};
-use crate::observe::progress::ReplaysProgress;
+use crate::observe::progress::{Progress, ReplaysProgress};
 use crate::observe::recording::Recording;
 use crate::observe::report;
 use crate::tools::evaluate::drawing::overlay;
@@ -56,7 +56,7 @@ pub struct Args {
     /// Write a recording for the Rerun viewer here, with the truth and the errors in it; of several logs, the folder
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
-    /// Tell it in JSON (tmam.evaluation/1): SI units and radians
+    /// Tell it in JSON (tmam.evaluation/1): SI units and radians; of several logs a line each (tmam.replayed/1)
     #[arg(long)]
     json: bool,
     /// How many logs to replay at a time [default: one per processor]
@@ -81,7 +81,7 @@ impl Args {
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
-        let told = self.evaluate(log, config, self.requested())?;
+        let told = self.evaluate(log, config, self.requested(), true)?;
         show(&told.summary.problems, true)?;
         if !self.json {
             show(&told.text, told.to_stdout)?;
@@ -92,14 +92,20 @@ impl Args {
 
     fn several(&self, drives: &[Drive], config: &Config) -> Result<Exit, Error> {
         let logs = drives.len();
-        let folders = self.requested();
-        if self.json || folders.paths().into_iter().flatten().any(is_stdout) {
-            let flag = if self.json { "--json" } else { "-" };
+        let folders = Requested {
+            evaluation: None,
+            ..self.requested()
+        };
+        if folders.paths().into_iter().flatten().any(is_stdout) {
+            let flag = "-";
             return Err(Error::ForOneLog { flag, logs });
+        }
+        if let Some(path) = self.output.clone().filter(|path| !is_folder(path)) {
+            return Err(Error::FileOfSeveral { path, logs });
         }
         let progress = ReplaysProgress::new(logs, "logs");
         let fleet = Fleet::run(drives, self.jobs, |drive| {
-            let told = self.evaluate(&drive.path, config, folders.of_drive(&drive.name));
+            let told = self.evaluate(&drive.path, config, folders.of_drive(&drive.name), false);
             progress.tick();
             let Told {
                 mut summary,
@@ -111,7 +117,11 @@ impl Args {
         })?;
         drop(progress);
         show(&fleet.problems(), true)?;
-        show(&fleet.table(&Replayed::AGAINST_TRUTH), false)?;
+        if self.json {
+            print(&fleet.json_lines())?;
+        } else {
+            show(&fleet.table(&Replayed::AGAINST_TRUTH), false)?;
+        }
         Ok(fleet.exit())
     }
 
@@ -126,7 +136,13 @@ impl Args {
         }
     }
 
-    fn evaluate(&self, path: &Path, config: &Config, requested: Requested) -> Result<Told, Error> {
+    fn evaluate(
+        &self,
+        path: &Path,
+        config: &Config,
+        requested: Requested,
+        with_progress: bool,
+    ) -> Result<Told, Error> {
         let (log, recorded) = log::read_with_truth(path, config)?;
         let replay = Replay::new(&log, config)?;
         let world = self.truth.as_ref().map(|file| file.world.clone());
@@ -136,11 +152,12 @@ impl Args {
 
         let mut kept = Kept::default();
         let is_recorded = outputs.as_ref().is_some_and(|o| o.recording.is_some());
-        let outcome = if is_recorded {
-            replay.run(&mut [&mut kept])?
-        } else {
-            replay.run(&mut [])?
-        };
+        let mut progress = with_progress.then(|| Progress::new(&replay.setting()));
+        let mut observers: Vec<&mut dyn Observer> = Vec::new();
+        observers.extend(is_recorded.then_some(&mut kept as &mut dyn Observer));
+        observers.extend(progress.as_mut().map(|it| it as &mut dyn Observer));
+        let outcome = replay.run(&mut observers)?;
+        drop(progress);
         let evaluation = Evaluation::new(&truth, &replay.path(&outcome), &outcome);
         let setting = replay.setting();
         let mut written = Written::default();

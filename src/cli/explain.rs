@@ -11,6 +11,7 @@ use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log;
 use crate::io::output::{Output, show};
+use crate::observe::progress::Progress;
 use crate::observe::report;
 use crate::tools::evaluate::Truth;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
@@ -89,10 +90,12 @@ impl Args {
             quoted(&self.log.display().to_string()),
             self.parameters.as_typed()
         );
+        let mut progress = Progress::new(&setting);
         let (outcome, found) = if let Some(which) = self.which() {
             let question = Question { sonars, which };
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
-            let (outcome, told) = explain(&replay, &question, truth.as_ref())?;
+            let (outcome, told) = explain(&replay, &question, truth.as_ref(), &mut progress)?;
+            drop(progress);
             if self.json {
                 Output::whole(Path::new("-"), |out| {
                     write_json(out, "tmam.explanation/1", &setting, &told)
@@ -104,7 +107,8 @@ impl Args {
         } else {
             let most = self.suspects.unwrap_or_default();
             let most = usize::try_from(most).unwrap_or(usize::MAX);
-            let (outcome, list) = suspects::list(&replay, &sonars, most)?;
+            let (outcome, list) = suspects::list(&replay, &sonars, most, &mut progress)?;
+            drop(progress);
             if self.json {
                 Output::whole(Path::new("-"), |out| {
                     write_json(out, "tmam.suspects/1", &setting, &list)

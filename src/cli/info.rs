@@ -9,7 +9,7 @@ use crate::core::exit::Exit;
 use crate::io::drives::{self, Drive};
 use crate::io::log::survey::survey;
 use crate::io::output::{Output, show};
-use crate::observe::progress::ReplaysProgress;
+use crate::observe::progress::{Doing, ReplaysProgress};
 use crate::tools::findings::trial::attempted;
 use crate::tools::fleet::Fleet;
 use crate::tools::info::{Info, text};
@@ -59,7 +59,9 @@ impl Args {
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
-        let info = self.info(log, config)?;
+        let mut doing = Doing::new();
+        let info = self.info(log, config, &mut |what| doing.tell(what))?;
+        drop(doing);
         if self.json {
             Output::whole(Path::new("-"), |out| info.write(out))?;
         } else if self.skeleton {
@@ -79,7 +81,7 @@ impl Args {
         }
         let progress = ReplaysProgress::new(drives.len(), "logs");
         let fleet = Fleet::run(drives, self.jobs, |drive| {
-            let info = self.info(&drive.path, config);
+            let info = self.info(&drive.path, config, &mut |_| ());
             progress.tick();
             Ok(info?)
         })?;
@@ -96,10 +98,13 @@ impl Args {
         Ok(fleet.exit())
     }
 
-    fn info(&self, log: &Path, config: &Config) -> Result<Info, Error> {
+    fn info(&self, log: &Path, config: &Config, tell: &mut dyn FnMut(&str)) -> Result<Info, Error> {
+        tell("reading");
         let survey = survey(log, config)?;
+        tell("replaying");
         let mut info = Info::new(&survey, &|config| attempted(log, config));
         if !self.no_causes && !self.skeleton {
+            tell("looking for what is off");
             info.look_for_causes(&survey);
         }
         Ok(info)

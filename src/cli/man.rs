@@ -1,5 +1,6 @@
 //! `tmam man`
 
+use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Command;
@@ -28,8 +29,30 @@ impl Args {
             let name = command.get_display_name().unwrap_or("tmam").to_owned();
             let page = self.output.join(format!("{name}.1"));
             make_room(&page)?;
-            Output::whole(&page, |out| Man::new(command.clone()).render(out))?;
+            let mut command = command.clone();
+            let usage = command.render_usage().to_string();
+            let has_version = command.get_version().is_some();
+            Output::whole(&page, |out| {
+                let man = Man::new(command);
+                page_of(&man, &usage, out)?;
+                has_version
+                    .then(|| man.render_version_section(out))
+                    .unwrap_or(Ok(()))
+            })?;
         }
         Ok(Exit::Done)
     }
+}
+
+/// A page with a synopsis of its own, which names what flags take: the crate's names flags alone.
+fn page_of(man: &Man, usage: &str, mut out: &mut Output) -> io::Result<()> {
+    man.render_title(&mut out)?;
+    man.render_name_section(&mut out)?;
+    let usage = usage.trim_start_matches("Usage: ").replace('-', r"\-");
+    let lines = usage.lines().map(str::trim).collect::<Vec<_>>();
+    writeln!(out, ".SH SYNOPSIS\n{}", lines.join("\n.br\n"))?;
+    man.render_description_section(&mut out)?;
+    man.render_options_section(&mut out)?;
+    man.render_subcommands_section(&mut out)?;
+    man.render_extra_section(&mut out)
 }

@@ -1,14 +1,14 @@
 //! Names of outputs: a file is called what it is.
 
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::ValueParser;
 
 /// Extensions of what tmam and its neighbours read and write.
-const KNOWN: [&str; 13] = [
-    "csv", "html", "json", "jsonl", "mcap", "md", "bag", "parquet", "rrd", "toml", "tum", "db3",
-    "xml",
+const KNOWN: [&str; 22] = [
+    "bag", "csv", "db3", "geojson", "gz", "html", "json", "jsonl", "mcap", "md", "parquet", "pgm",
+    "png", "rrd", "svg", "toml", "tum", "txt", "xml", "yaml", "yml", "zst",
 ];
 
 /// A file of one kind: other names will do, but none that says that it is of another kind.
@@ -16,13 +16,22 @@ pub fn ending_in(extension: &'static str) -> ValueParser {
     ValueParser::from(move |name: &str| {
         let file = PathBuf::from(name);
         let given = file.extension().and_then(OsStr::to_str);
-        match given.filter(|given| KNOWN.contains(given) && *given != extension) {
+        let given = given.map(str::to_ascii_lowercase);
+        match given.filter(|given| KNOWN.contains(&&**given) && given != extension) {
             None => Ok(file),
             Some(given) => Err(format!(
                 "this is no .{given} file: its name ends in .{extension}"
             )),
         }
     })
+}
+
+/// Whether a name is that of a folder for outputs of several logs: one that is there, or that is not called as a file
+/// of such outputs is.
+pub fn is_folder(name: &Path) -> bool {
+    let extension = name.extension().and_then(OsStr::to_str);
+    let is_slashed = name.to_string_lossy().ends_with('/');
+    name.is_dir() || is_slashed || extension.is_none_or(|extension| !KNOWN.contains(&extension))
 }
 
 #[cfg(test)]
@@ -40,7 +49,7 @@ mod tests {
         for name in ["a.rrd", "-", "/dev/null", "a", "a.rrd.part", "v1.2"] {
             assert_eq!(parsed(name).unwrap().output, PathBuf::from(name));
         }
-        for name in ["drive.mcap", "a.json", "out/tmam.toml"] {
+        for name in ["drive.mcap", "a.json", "out/tmam.toml", "t.txt", "D.MCAP"] {
             let error = parsed(name).unwrap_err().to_string();
             assert!(error.contains("its name ends in .rrd"), "{error}");
         }

@@ -57,7 +57,7 @@ pub struct Selection {
     /// Where the robot's poses come from; the paper's rule takes odometry's [default: joint]
     #[arg(long, value_enum)]
     poses: Option<PosesName>,
-    /// Leave out readings earlier than this after the first one
+    /// Leave out readings earlier than this after the first one; frames keep the numbers of the whole run
     #[arg(long, value_name = "S")]
     start: Option<f64>,
     /// Leave out readings later than this after the first one

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
-use crate::cli::named::ending_in;
+use crate::cli::named::{ending_in, is_folder};
 use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::least_explained::least_explained;
@@ -15,8 +15,8 @@ use crate::core::tmam::arc::Arc;
 use crate::io::drives::{self, Drive};
 use crate::io::log::survey;
 use crate::io::log::truth::RecordedTruth;
-use crate::io::output::{is_stdout, show};
-use crate::io::outputs::{Requested, refuse_collisions};
+use crate::io::output::{is_stdout, print, show};
+use crate::io::outputs::{Requested, partition, refuse_collisions};
 use crate::observe::arc_table::{self, TableName};
 use crate::observe::causes;
 use crate::observe::drawing::Overlay;
@@ -34,6 +34,7 @@ use crate::tools::findings::facts::Facts;
 use crate::tools::findings::trial::attempted;
 use crate::tools::findings::{findings, to_warn_of, warnings};
 use crate::tools::fleet::Fleet;
+use crate::tools::fleet::lines::json_line;
 use crate::tools::fleet::replayed::Replayed;
 use crate::tools::golden::carried;
 use crate::tools::map_file::{self, MapFormat};
@@ -58,6 +59,7 @@ Examples:
   tmam replay drive.mcap --map drive.pgm          the map for nav2, with drive.yaml
   tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd
   tmam replay drives/*.mcap -o out                all of them, and a table with the worst one first
+  tmam replay drives/*.mcap --arcs arcs --json | jq -r 'select(.causes != []).log'
   tmam replay drives --arcs arcs                  a table of all arcs, for DuckDB, Polars or pandas"
 )]
 pub struct Args {
@@ -83,7 +85,8 @@ pub struct Args {
     /// where the name ends in .mcap
     #[arg(long, value_name = "FILE.tum", value_parser = path_file)]
     path: Option<PathBuf>,
-    /// Write the map here: .geojson, .csv, .svg, or .pgm, a grid for nav2 with its .yaml beside it
+    /// Write the map here: .geojson, .csv, .svg, or .pgm, a grid for nav2; of that name with .yaml is then the file
+    /// that nav2 asks for, in place of any that is there
     #[arg(long, value_name = "FILE", value_parser = map_file)]
     map: Option<PathBuf>,
     /// Write a table of arcs in Parquet here: what the trace has, causes and the truth; of several logs, the folder
@@ -115,6 +118,9 @@ pub struct Args {
     /// Say nothing but what went wrong
     #[arg(short, long)]
     quiet: bool,
+    /// Tell what came of it in JSON (tmam.replayed/1), a line for each log, the worst first
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
     /// How many logs to replay at a time [default: one per processor]; the outputs are the same
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
@@ -137,17 +143,28 @@ impl Args {
     fn asks_for_folders(&self, log: &Path) -> bool {
         let outputs = [&self.output, &self.features, &self.trace, &self.arcs];
         let mut named = outputs.into_iter().flatten();
-        let is_folder = |path: &PathBuf| path.is_dir() || path.to_string_lossy().ends_with('/');
+        let is_there = |path: &PathBuf| path.is_dir() || path.to_string_lossy().ends_with('/');
         let is_named = self.logs.iter().any(|named| named == log);
-        named.clone().any(is_folder) || (!is_named && named.next().is_some())
+        named.clone().any(is_there) || (!is_named && named.next().is_some())
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
         let name = drives::drives(vec![log.to_owned()]).into_iter().next();
-        let name = name.map(|drive| drive.name).unwrap_or_default();
-        let told = self.replay(log, &name, config, self.requested(), true)?;
+        let name = self
+            .arcs
+            .as_deref()
+            .and_then(partition)
+            .or(name.map(|drive| drive.name));
+        let name = name.unwrap_or_default();
+        let requested = self.requested();
+        let mut outputs = requested.paths().to_vec();
+        outputs.extend(self.json.then_some(Some(Path::new("-"))));
+        refuse_collisions(&[], &outputs)?;
+        let told = self.replay(log, &name, config, requested.clone(), true)?;
         show(&told.summary.problems, true)?;
-        if !self.quiet {
+        if self.json {
+            print(&json_line(&name, Ok(&told.summary)))?;
+        } else if !self.quiet {
             show(&told.closing, told.to_stdout)?;
         }
         Ok(told.summary.exit)
@@ -177,7 +194,9 @@ impl Args {
         })?;
         drop(progress);
         show(&fleet.problems(), true)?;
-        if !self.quiet {
+        if self.json {
+            print(&fleet.json_lines())?;
+        } else if !self.quiet {
             show(&fleet.table(&Replayed::COLUMNS), false)?;
         }
         Ok(fleet.exit())
@@ -191,8 +210,13 @@ impl Args {
             ("--spawn", self.spawn),
             ("-", folders.paths().into_iter().flatten().any(is_stdout)),
         ];
+        let mut paths = folders.paths().into_iter().flatten();
         match is_of_one.into_iter().find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::ForOneLog { flag, logs }),
+            None if let Some(path) = paths.find(|path| !is_folder(path)) => {
+                let path = path.to_owned();
+                Err(Error::FileOfSeveral { path, logs })
+            }
             None if folders.paths().iter().all(Option::is_none) => Err(Error::NoFolder { logs }),
             None => Ok(()),
         }
@@ -239,7 +263,7 @@ impl Args {
         }
         let replay = Replay::new(log, config)?;
         let setting = replay.setting();
-        let is_partition = requested.makes_folders;
+        let is_partition = requested.arcs.as_deref().and_then(partition).is_some();
         let mut outputs = requested.open(path)?;
         let url = self.connect.clone();
         let url = url.or(self.spawn.then(|| DEFAULT_URL.to_owned()));

@@ -10,6 +10,7 @@ use crate::core::replay::Replay;
 use crate::io::log;
 use crate::io::output::{is_stdout, show, write_whole};
 use crate::io::outputs::refuse_collisions;
+use crate::observe::progress::Progress;
 use crate::observe::report::{problems, written};
 use crate::tools::report::page::page;
 
@@ -44,8 +45,8 @@ impl Args {
         refuse_collisions(&inputs.collect::<Vec<_>>(), &[Some(&self.output)])?;
         let log = log::read(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
-        let outcome = replay.run(&mut [])?;
         let setting = replay.setting();
+        let outcome = replay.run(&mut [&mut Progress::new(&setting)])?;
         let problems = problems(&log, &setting, &outcome);
         let path = replay.path(&outcome).into_iter();
         let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();

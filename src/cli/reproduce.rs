@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
-use crate::io::output::{print, write_whole};
+use crate::io::output::{make_room, print, write_whole};
 use crate::observe::report::written;
 use crate::tools::reproduce::{OF_THE_DOCS, Reproduction, page};
 
@@ -14,11 +14,14 @@ use crate::tools::reproduce::{OF_THE_DOCS, Reproduction, page};
 /// actual values, the counts beside the paper's, and at which noise and parameters the paper's rule comes
 /// nearest to these.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "\
+#[command(
+    allow_negative_numbers = true,
+    after_help = "\
 Examples:
   tmam reproduce                                  the page
   tmam reproduce -o docs                          docs/table1.md, docs/figure5.svg, docs/figure6.svg
-  tmam reproduce --noise 0.01 --seed 7")]
+  tmam reproduce --noise 0.01 --seed 7"
+)]
 pub struct Args {
     /// Write table1.md, figure5.svg and figure6.svg into this folder [default: print the page]
     #[arg(short, long = "output", value_name = "FOLDER")]
@@ -46,6 +49,7 @@ impl Args {
         ];
         let files = files.map(|(name, text)| (folder.join(name), text));
         for (file, text) in &files {
+            make_room(file)?;
             write_whole(file, text.as_bytes())?;
         }
         print(&written(&files.map(|(file, _)| file)))?;

@@ -13,7 +13,7 @@ use crate::core::ties;
 /// One step of the replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Counts from 0.
+    /// Counts from 0, at the first reading of the log.
     pub index: u32,
     /// Stamp of the reading that opened the frame.
     pub stamp_ns: i64,
@@ -120,21 +120,34 @@ impl<'a> Framer<'a> {
                 return None;
             }
         };
-        let closed = self.opens(reading.stamp_ns, &world_from_robot).then(|| {
-            let index = self.next_index;
-            self.next_index += 1;
-            self.open.replace(Frame {
-                index,
-                stamp_ns: reading.stamp_ns,
-                world_from_robot,
-                correction: None,
-                entries: Vec::new(),
-            })
-        });
+        let closed = self.advance(reading.stamp_ns, &world_from_robot);
         if selected {
             self.enter(reading, &world_from_robot);
         }
-        closed.flatten()
+        closed
+    }
+
+    /// Lets a reading before those that are asked for pass, so that frames have the numbers of the whole run; returns
+    /// the frame that it closed.
+    pub fn pass(&mut self, reading: &RangeReading) -> Option<Frame> {
+        let world_from_robot = self.track.world_from_robot_at(reading).ok()?;
+        self.advance(reading.stamp_ns, &world_from_robot)
+    }
+
+    /// Opens a frame at this stamp and pose, if it is time; returns the one that was open.
+    fn advance(&mut self, stamp_ns: i64, world_from_robot: &Pose2) -> Option<Frame> {
+        if !self.opens(stamp_ns, world_from_robot) {
+            return None;
+        }
+        let index = self.next_index;
+        self.next_index += 1;
+        self.open.replace(Frame {
+            index,
+            stamp_ns,
+            world_from_robot: *world_from_robot,
+            correction: None,
+            entries: Vec::new(),
+        })
     }
 
     /// The last frame, and what became of the readings.

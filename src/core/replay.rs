@@ -51,6 +51,15 @@ struct SettledPoses {
     replayed: Option<Pass>,
 }
 
+/// The frames of what is replayed.
+#[derive(Debug, Default)]
+struct Framing {
+    /// Stamps of the frames before them, which are not replayed.
+    before: Vec<i64>,
+    frames: Vec<Frame>,
+    tally: Tally,
+}
+
 /// A log made ready.
 #[derive(Debug)]
 pub struct Replay<'a> {
@@ -60,8 +69,7 @@ pub struct Replay<'a> {
     source: Source,
     readings: &'a [RangeReading],
     selected: Vec<bool>,
-    frames: Vec<Frame>,
-    tally: Tally,
+    framing: Framing,
     // Once asked for.
     events_sha256: OnceLock<String>,
 }
@@ -73,7 +81,7 @@ impl<'a> Replay<'a> {
     /// A selection without sonars, or a gate that does not fit their beams.
     pub fn new(log: &'a Log, config: &'a Config) -> Result<Self, ReplayError> {
         let all = log.events.readings.as_slice();
-        let readings = window(all, config.input.start, config.input.end);
+        let (before, readings) = window(all, config.input.start, config.input.end);
         let names = glob_set(&config.input.sonars)?;
         let sonars = &log.events.sonars;
         let selected: Vec<bool> = sonars
@@ -117,20 +125,20 @@ impl<'a> Replay<'a> {
         // The noise is that of the whole log, so that what is looked at does not change what is seen.
         let mut whole = None;
         if variance_from == VarianceFrom::Ranges {
-            let (frames, tally) = framed(&log.events, &config, all, &vec![true; sonars.len()]);
-            let noise = noise_of(&frames, &config).overall();
+            let framing = Framing::new(&log.events, &config, [&[], all], &vec![true; sonars.len()]);
+            let noise = noise_of(&framing.frames, &config).overall();
             if noise.is_none() {
                 variance_from = VarianceFrom::Nothing;
             }
             let of_pose = config.noise.sigma_pose * config.noise.sigma_pose;
             let sigma = noise.map_or(SIGMA_UNKNOWN, |noise| noise.believed(of_pose));
             config.noise.sigma_abs = Some(sigma);
-            whole = Some((frames, tally));
+            whole = Some(framing);
         }
         let is_whole = readings.len() == all.len() && !selected.contains(&false);
-        let (frames, tally) = whole
+        let framing = whole
             .filter(|_| is_whole)
-            .unwrap_or_else(|| framed(&log.events, &config, readings, &selected));
+            .unwrap_or_else(|| Framing::new(&log.events, &config, [before, readings], &selected));
         Ok(Self {
             log,
             config,
@@ -138,8 +146,7 @@ impl<'a> Replay<'a> {
             source,
             readings,
             selected,
-            frames,
-            tally,
+            framing,
             events_sha256: OnceLock::new(),
         })
     }
@@ -176,7 +183,7 @@ impl<'a> Replay<'a> {
 
     /// Every frame of them.
     pub fn frames(&self) -> &[Frame] {
-        &self.frames
+        &self.framing.frames
     }
 
     /// The readings in the window of the sonars asked for.
@@ -191,7 +198,7 @@ impl<'a> Replay<'a> {
     /// # Errors
     /// When an observer cannot write, or no frame could be opened.
     pub fn run(&self, observers: &mut [&mut dyn Observer]) -> Result<Outcome, ReplayError> {
-        if self.frames.is_empty() {
+        if self.framing.frames.is_empty() {
             return Err(self.no_frames());
         }
         let SettledPoses {
@@ -205,7 +212,9 @@ impl<'a> Replay<'a> {
         let of_tmam = self.config.method == Method::Tmam;
         let mut predicting =
             (of_tmam && self.config.rule == Rule::Paper).then(|| Tmam::new(&self.noise_aware()));
-        let mut outcome = Outcome::new(self.variance_from, self.tally.clone(), &frames);
+        let mut outcome = Outcome::new(self.variance_from, self.framing.tally.clone(), &frames);
+        let before = self.framing.before.iter().copied();
+        outcome.frame_stamps.splice(0..0, before);
         let mut show = |frame: &Frame, step: &Step| {
             if let Some(beside) = &mut predicting {
                 beside.step(frame);
@@ -335,8 +344,8 @@ impl<'a> Replay<'a> {
 
     fn frames_at(&self, path: Option<&CorrectedPath>) -> Cow<'_, [Frame]> {
         match path {
-            Some(path) => Cow::Owned(path.frames(&self.frames)),
-            None => Cow::Borrowed(self.frames.as_slice()),
+            Some(path) => Cow::Owned(path.frames(&self.framing.frames)),
+            None => Cow::Borrowed(self.framing.frames.as_slice()),
         }
     }
 
@@ -346,11 +355,11 @@ impl<'a> Replay<'a> {
         start: Option<&JointEstimate>,
     ) -> Result<JointEstimate, OdometryKept> {
         let of = |frame: &Frame, entry| Arc::of_entry(frame.index, entry, &self.config.noise);
-        let arcs: Vec<Arc> = (self.frames.iter())
+        let arcs: Vec<Arc> = (self.framing.frames.iter())
             .flat_map(|frame| frame.entries.iter().filter_map(|entry| of(frame, entry)))
             .collect();
         let evidence = Evidence {
-            frames: &self.frames,
+            frames: &self.framing.frames,
             arcs: &arcs,
         };
         let steps = pass.steps.iter().chain([&pass.last]);
@@ -391,9 +400,9 @@ impl<'a> Replay<'a> {
             .map(|s| s.stamp_ns)
             .collect();
         let readings: Vec<i64> = self.readings.iter().map(|r| r.stamp_ns).collect();
-        let gaps = self.tally.dropped.contains_key("odometry-gap");
+        let gaps = self.framing.tally.dropped.contains_key("odometry-gap");
         ReplayError::NoFrames {
-            readings: self.tally.readings,
+            readings: self.framing.tally.readings,
             ranges: stamps(&readings),
             samples: odometry.len(),
             odometry: stamps(&odometry),
@@ -406,19 +415,35 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// The frames of these readings, and what became of each reading.
-fn framed(
-    events: &Events,
-    config: &Config,
-    readings: &[RangeReading],
-    selected: &[bool],
-) -> (Vec<Frame>, Tally) {
-    let track = Track::of_ranges(&events.odometry, config);
-    let mut framer = Framer::new(track, &events.sonars, selected, &config.frames);
-    let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
-    let (last, tally) = framer.finish();
-    frames.extend(last);
-    (frames, tally)
+impl Framing {
+    /// The frames of readings with others before them.
+    fn new(
+        events: &Events,
+        config: &Config,
+        [before, readings]: [&[RangeReading]; 2],
+        selected: &[bool],
+    ) -> Self {
+        let track = Track::of_ranges(&events.odometry, config);
+        let mut framer = Framer::new(track, &events.sonars, selected, &config.frames);
+        let passed = before.iter().filter_map(|r| framer.pass(r));
+        let mut before: Vec<i64> = passed.map(|frame| frame.stamp_ns).collect();
+        let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
+        let (last, tally) = framer.finish();
+        frames.extend(last);
+        // The frame that was open then is one of them if it goes on.
+        let first = readings
+            .first()
+            .map_or(i64::MAX, |reading| reading.stamp_ns);
+        let is_over = |frame: &Frame| frame.stamp_ns < first && frame.entries.is_empty();
+        let over = frames.first().filter(|frame| is_over(frame));
+        before.extend(over.map(|frame| frame.stamp_ns));
+        frames.drain(..usize::from(frames.first().is_some_and(is_over)));
+        Self {
+            before,
+            frames,
+            tally,
+        }
+    }
 }
 
 /// How far the ranges scatter.
@@ -432,15 +457,23 @@ fn noise_of(frames: &[Frame], config: &Config) -> NoiseEstimator {
     noise
 }
 
-/// The readings from `start` to `end` seconds after the first one.
-fn window(readings: &[RangeReading], start: Option<f64>, end: Option<f64>) -> &[RangeReading] {
+/// The readings before `start`, and those from there to `end`, seconds after the first one.
+fn window(
+    readings: &[RangeReading],
+    start: Option<f64>,
+    end: Option<f64>,
+) -> (&[RangeReading], &[RangeReading]) {
     let Some(first) = readings.first().map(|r| r.stamp_ns) else {
-        return readings;
+        return (&[], readings);
     };
     let seconds = |r: &RangeReading| r.stamp_ns.saturating_sub(first) as f64 * 1e-9;
     let from = start.map_or(0, |start| readings.partition_point(|r| seconds(r) < start));
     let to = end.map_or(readings.len(), |end| {
         readings.partition_point(|r| seconds(r) <= end)
     });
-    readings.get(from..to).unwrap_or_default()
+    let (before, rest) = readings.split_at(from);
+    (
+        before,
+        rest.get(..to.saturating_sub(from)).unwrap_or_default(),
+    )
 }

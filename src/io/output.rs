@@ -9,6 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use tempfile::NamedTempFile;
 
 use crate::core::legible::legible;
+use crate::io::colour::in_colour;
 
 /// An output that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -135,7 +136,8 @@ impl Output {
         let settled = match &mut self.sink {
             Sink::File { file, .. } => file
                 .flush()
-                .and_then(|()| file.get_ref().as_file().sync_all()),
+                .and_then(|()| file.get_ref().as_file().sync_all())
+                .map_err(without_path),
             _ => self.flush(),
         };
         settled.map_err(|source| self.failed(source))
@@ -168,6 +170,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 /// When it cannot be written: a full disk behind it must not look like success.
 pub fn print(text: &str) -> Result<(), OutputError> {
     let mut stdout = io::stdout().lock();
+    let text = in_colour(text, &stdout);
     let written = stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush());
@@ -183,6 +186,7 @@ pub fn print(text: &str) -> Result<(), OutputError> {
 /// Never: who does not read it misses nothing.
 pub fn print_aside(text: &str) -> Result<(), OutputError> {
     let mut stderr = io::stderr().lock();
+    let text = in_colour(text, &stderr);
     let _ = stderr
         .write_all(text.as_bytes())
         .and_then(|()| stderr.flush());
@@ -259,11 +263,7 @@ fn open(path: &Path) -> io::Result<Sink> {
                     directory.display()
                 ),
             ),
-            kind => {
-                let said = error.to_string();
-                let said = said.split(" at path ").next().unwrap_or_default();
-                io::Error::new(kind, said)
-            }
+            _ => without_path(error),
         })?;
     // A file that is replaced stays open to those to whom it was.
     if let Ok(replaced) = fs::metadata(&target) {
@@ -276,6 +276,15 @@ fn open(path: &Path) -> io::Result<Sink> {
         target,
         _listed: listed,
     })
+}
+
+/// The error without the name of the temporary file.
+fn without_path(error: io::Error) -> io::Error {
+    let said = error.to_string();
+    io::Error::new(
+        error.kind(),
+        said.split(" at path ").next().unwrap_or_default(),
+    )
 }
 
 fn commit(sink: Sink) -> io::Result<()> {
@@ -304,7 +313,7 @@ impl Write for Output {
             // A reader that has gone away (`| head`) wants no more.
             Sink::Stdout(stream) => unless_gone(stream.write(bytes), bytes.len()),
             Sink::Stream(stream) => stream.write(bytes),
-            Sink::File { file, .. } => file.write(bytes),
+            Sink::File { file, .. } => file.write(bytes).map_err(without_path),
         }
     }
 
@@ -312,7 +321,7 @@ impl Write for Output {
         match &mut self.sink {
             Sink::Stdout(stream) => unless_gone(stream.flush(), ()),
             Sink::Stream(stream) => stream.flush(),
-            Sink::File { file, .. } => file.flush(),
+            Sink::File { file, .. } => file.flush().map_err(without_path),
         }
     }
 }

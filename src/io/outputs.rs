@@ -179,6 +179,27 @@ fn place(path: &Path) -> PathBuf {
         .unwrap_or_else(|| absolute.clone())
 }
 
+/// The name that a log has by the folder that its table of arcs is asked for in, `log=NAME`.
+pub fn partition(table: &Path) -> Option<String> {
+    let folder = table.parent()?.file_name()?.to_str()?;
+    let mut parts = folder.strip_prefix("log=")?.split('%');
+    let mut name = parts.next().unwrap_or_default().as_bytes().to_vec();
+    for part in parts {
+        let byte = |hex: &str| u8::from_str_radix(hex, 16).ok();
+        match part
+            .split_at_checked(2)
+            .map(|(hex, rest)| (byte(hex), rest))
+        {
+            Some((Some(byte), rest)) => {
+                name.push(byte);
+                name.extend(rest.bytes());
+            }
+            _ => name.extend(format!("%{part}").bytes()),
+        }
+    }
+    Some(String::from_utf8_lossy(&name).into_owned())
+}
+
 /// A name as the value of a partition: what is neither letter nor digit as `%20`, which engines take back.
 fn escaped(name: &str) -> String {
     let mut text = String::new();
@@ -230,5 +251,27 @@ impl Outputs {
             }
         }
         Ok(written)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_partition_says_how_a_log_is_called() {
+        for name in ["drive", "monday r1", "a=b%41", "\u{fc}ber/2", ""] {
+            let requested = Requested {
+                arcs: Some("arcs".into()),
+                ..Requested::default()
+            };
+            let table = requested.of_drive(name).arcs.unwrap();
+            assert_eq!(partition(&table).as_deref(), Some(name));
+        }
+        assert_eq!(
+            partition(Path::new("arcs/log=%zz/a.parquet")).unwrap(),
+            "%zz"
+        );
+        assert_eq!(partition(Path::new("log/arcs.parquet")), None);
     }
 }

@@ -51,6 +51,24 @@ impl Drop for ProgressLine {
     }
 }
 
+/// What is being done, where nobody knows how much is left of it.
+#[derive(Debug)]
+pub struct Doing(ProgressLine);
+
+impl Doing {
+    pub fn new() -> Self {
+        Self(ProgressLine::new(0))
+    }
+
+    /// From now on it is this.
+    pub fn tell(&mut self, what: &str) {
+        if self.0.is_shown {
+            self.0.written = Some(Instant::now());
+            let _ = write!(io::stderr(), "\r\x1b[2K{what} ...");
+        }
+    }
+}
+
 /// How far a replay has come in the log's own time.
 #[derive(Debug)]
 pub struct Progress {

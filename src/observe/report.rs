@@ -307,7 +307,7 @@ fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
         return rows;
     }
     let what = format!(
-        "of which a wall or a point explains hardly a triple: {}; what one alone saw on one visit \
+        "of which a wall or a point explains few triples: {}; what one alone saw on one visit \
          stays tentative",
         hardly.join(", ")
     );

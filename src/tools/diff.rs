@@ -50,7 +50,7 @@ pub struct Terms {
     pub tolerances: Vec<String>,
     /// Whether only the confirmed features of the map are compared.
     pub only_map: bool,
-    /// Whether the run of B is kept, to be drawn.
+    /// Whether a run is kept, to be drawn: that of B where B is a log, else that of A.
     pub drawn: bool,
 }
 
@@ -210,9 +210,10 @@ fn sides(
             let (a, b) = (a.path, b.path);
             return Err(DiffError::NothingToReplay { a, b });
         }
-        (Argument::Log(log), Argument::Results(b)) => {
-            (replayed_like(&b, &log, (&terms.both, false), notes)?, *b)
-        }
+        (Argument::Log(log), Argument::Results(b)) => (
+            replayed_like(&b, &log, (&terms.both, terms.drawn), notes)?,
+            *b,
+        ),
         (Argument::Results(a), Argument::Log(log)) => {
             let b = replayed_like(&a, &log, (&terms.b, terms.drawn), notes)?;
             (*a, b)

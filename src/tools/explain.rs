@@ -30,7 +30,7 @@ use self::triple::{AnglesStory, Pair};
 use self::windows::Window;
 use crate::core::config::Config;
 use crate::core::event::name_of;
-use crate::core::observer::{Setting, Source};
+use crate::core::observer::{Observer, Setting, Source};
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::rounding::{number, optional};
 use crate::core::tmam::arc::Arc;
@@ -133,8 +133,9 @@ pub fn explain(
     replay: &Replay<'_>,
     question: &Question,
     truth: Option<&Truth>,
+    watch: &mut dyn Observer,
 ) -> Result<(Outcome, Explanation), ExplainError> {
-    let outcome = replay.run(&mut [])?;
+    let outcome = replay.run(&mut [watch])?;
     let sequences = Sequences::new(replay, &outcome);
     let found = question.answers(&sequences, &replay.setting(), replay.origin_ns())?;
     let told = Explanation::new(&found, replay, &outcome, &sequences, truth);

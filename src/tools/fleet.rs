@@ -1,6 +1,7 @@
 //! Several logs in one run: each by itself, on as many threads as asked for, and a table of what came of them
 //! with the worst log first.
 
+pub mod lines;
 pub mod replayed;
 mod surveyed;
 

@@ -94,6 +94,12 @@ impl Simulation {
             }
         }
         let mut ticks = self.motion.schedule(&self.path, self.ring.sonars)?;
+        if let Some(late) = &self.late {
+            let readings = ticks
+                .iter()
+                .filter(|tick| matches!(tick.action, Action::Fire(_)));
+            late.validate(readings.map(|tick| tick.after_ns).max().unwrap_or_default())?;
+        }
         for tick in &mut ticks {
             if matches!(tick.action, Action::Fire(_)) {
                 let delay_ns = (self.late.as_ref()).map_or(0, |late| late.delay_ns(tick.after_ns));

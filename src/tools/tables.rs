@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Width, presets};
 
 use crate::core::legible::{one_line, shortened};
 use crate::core::rounding::fixed;
@@ -11,6 +11,11 @@ use crate::core::rounding::fixed;
 const WIDTH: u16 = 100;
 /// Longest name in a table, characters: wrapping costs more than its length.
 pub const LONGEST_NAME: usize = 100;
+
+/// Words up to this stay whole, even where the table then is wider, characters.
+const LONGEST_WORD: usize = 48;
+/// Blanks before each column.
+const PADDING: u16 = 2;
 
 /// The head of a column and its cell for each row.
 pub type TableColumn<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
@@ -25,7 +30,7 @@ pub fn table(head: &[&str], left: usize) -> Table {
         .set_header(head);
     for (index, column) in table.column_iter_mut().enumerate() {
         // Two blanks before every column but none behind it.
-        column.set_padding((2, 0));
+        column.set_padding((PADDING, 0));
         if index >= left {
             column.set_cell_alignment(CellAlignment::Right);
         }
@@ -48,8 +53,24 @@ pub fn listed<'r, T: 'r>(
 ) -> String {
     let head: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
     let mut table = table(&head, left);
+    let longest_word = |text: &str| {
+        let words = text.split_whitespace();
+        words.map(|word| word.chars().count()).max().unwrap_or(0)
+    };
+    let mut longest: Vec<usize> = head.iter().map(|head| longest_word(head)).collect();
     for row in rows {
-        table.add_row(columns.iter().map(|(_, cell)| cell(row)));
+        let cells: Vec<String> = columns.iter().map(|(_, cell)| cell(row)).collect();
+        for (longest, cell) in longest.iter_mut().zip(&cells) {
+            *longest = longest_word(cell).max(*longest);
+        }
+        table.add_row(cells);
+    }
+    // A name or a key that goes on in the next line is none that can be copied.
+    for (column, longest) in table.column_iter_mut().zip(longest) {
+        let width = u16::try_from(longest.min(LONGEST_WORD)).unwrap_or(u16::MAX);
+        column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(
+            width + PADDING,
+        )));
     }
     render(&table)
 }
@@ -119,6 +140,23 @@ mod tests {
         assert_eq!(fitting(names(&["[0]"]), 12), names(&["[0]"]));
         let different = vec!["a".repeat(20), "b".repeat(20)];
         assert_eq!(fitting(different.clone(), 12), different);
+    }
+
+    #[test]
+    fn a_word_is_whole_where_it_is_not_very_long() {
+        let words = ["sonar.sonar_04.yaw=97.69", "a_drive_of_this_morning"];
+        let filler: TableColumn<'_, &str> = ("n", &|_| "12345678".to_owned());
+        let word: TableColumn<'_, &str> = ("word", &|word| (*word).to_owned());
+        let text = listed(
+            2,
+            &[
+                word, filler, filler, filler, filler, filler, filler, filler, word,
+            ],
+            &words,
+        );
+        for whole in words {
+            assert_eq!(text.matches(whole).count(), 2, "{text}");
+        }
     }
 
     #[test]

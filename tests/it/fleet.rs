@@ -179,3 +179,67 @@ fn a_late_stretch_is_told_by_info_and_in_the_table() {
     assert_eq!(rival.code, 0, "{}", rival.stderr);
     assert!(!rival.stdout.contains("none found"), "{}", rival.stdout);
 }
+
+#[test]
+fn outputs_of_several_logs_go_into_folders_that_are_not_called_like_files() {
+    let bench = drives();
+    for command in [
+        "replay drives/long.mcap drives/short.mcap --features all.json",
+        "evaluate drives/long.mcap drives/short.mcap -o all.rrd",
+    ] {
+        let run = bench.sh(&format!("tmam {command}"));
+        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
+        assert!(run.stderr.contains("such as all/"), "{}", run.stderr);
+    }
+    assert!(!bench.files().contains("all.json") && !bench.files().contains("all.rrd"));
+}
+
+#[test]
+fn each_log_is_told_on_a_line_for_machines() {
+    let bench = drives();
+    let logs = "drives/long.mcap drives/none.mcap";
+    let lines = |command: &str| -> Vec<serde_json::Value> {
+        let run = bench.sh(&format!("tmam {command} --json"));
+        let lines = run.stdout.lines();
+        lines
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
+    };
+    let replayed = lines(&format!("replay {logs} --features out"));
+    assert_eq!(replayed[0]["log"], "none");
+    assert_eq!(replayed[0]["exit_code"], 2);
+    assert!(
+        replayed[0]["error"]
+            .as_str()
+            .unwrap()
+            .contains("not an MCAP file")
+    );
+    assert_eq!(replayed[1]["schema"], "tmam.replayed/1");
+    assert_eq!(replayed[1]["causes"], serde_json::json!([]));
+    let alone = lines("replay drives/long.mcap --features one.json");
+    assert_eq!(alone, replayed[1..]);
+    let evaluated = lines(&format!("evaluate {logs}"));
+    assert_eq!(evaluated[1]["truth"]["spurious"], 0);
+    let run = bench.sh("tmam replay drives/long.mcap --features - --json");
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr.contains("standard output is named twice"),
+        "{}",
+        run.stderr
+    );
+}
+
+#[test]
+#[cfg_attr(not(feature = "parquet"), ignore = "needs tables of arcs")]
+fn a_table_asked_for_in_its_partition_is_the_one_of_a_fleet() {
+    let bench = drives();
+    let both = bench.sh("tmam replay other/short.mcap drives/short.mcap --arcs arcs --no-causes");
+    assert_eq!(both.code, 0, "{}", both.stderr);
+    fs::create_dir_all(bench.path("alone/log=other_short")).unwrap();
+    let table = "log=other_short/arcs.parquet";
+    let one = bench.sh(&format!(
+        "tmam replay other/short.mcap --arcs alone/{table} --no-causes"
+    ));
+    assert_eq!(one.code, 0, "{}", one.stderr);
+    assert!(bench.bytes(&format!("arcs/{table}")) == bench.bytes(&format!("alone/{table}")));
+}

@@ -113,6 +113,8 @@ fn an_output_is_called_what_it_is() {
         "evaluate {} -o out.json",
         "report {} -o out.rrd",
         "simulate -o out.rrd",
+        "replay {} -o out.txt",
+        "replay {} -o OUT.MCAP",
     ] {
         let run = bench.sh(&format!("tmam {}", command.replace("{}", &log)));
         assert_eq!(run.code, 2, "{command}: {}{}", run.stdout, run.stderr);
@@ -135,4 +137,58 @@ fn completions_and_man_pages_are_made() {
     let page = String::from_utf8(bench.bytes("man1/tmam-replay.1")).unwrap();
     assert!(page.contains("tmam\\-replay"), "{page}");
     assert!(page.contains("\\-\\-match\\-distance"), "{page}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_clap_says_is_an_error_on_a_full_output_too() {
+    let bench = Bench::new();
+    for command in ["--help", "replay -h", "--version"] {
+        let run = bench.sh(&format!("tmam {command} > /dev/full"));
+        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
+        assert!(run.stderr.contains("cannot write"), "{}", run.stderr);
+        let read = bench.sh(&format!("tmam {command} | head -1"));
+        assert_eq!(read.stderr, "", "{command}");
+    }
+    assert_eq!(bench.sh("tmam replay --nonsense 2> /dev/full").code, 2);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+#[cfg_attr(not(feature = "terminal"), ignore = "needs the feature terminal")]
+fn a_file_that_may_not_be_so_long_is_an_error_and_leaves_nothing() {
+    let bench = Bench::new();
+    let log = sample("room_step.mcap").display().to_string();
+    let run = bench.sh(&format!(
+        "ulimit -f 4; tmam replay {log} --no-causes --features run.json --trace run.jsonl"
+    ));
+    assert_eq!(run.code, 2, "{}", run.stderr);
+    let said = "cannot write run.json: File too large (os error 27)\n";
+    assert!(run.stderr.ends_with(said), "{}", run.stderr);
+    assert!(bench.files().is_empty(), "{:?}", bench.files());
+}
+
+#[test]
+fn the_version_says_from_which_commit_it_was_built() {
+    let run = Bench::new().sh("tmam --version");
+    let commit = option_env!("TMAM_COMMIT").unwrap_or("not told by whoever built this");
+    assert!(run.stdout.contains(commit), "{}", run.stdout);
+    let short = Bench::new().sh("tmam -V").stdout;
+    assert_eq!(short, format!("tmam {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+#[cfg_attr(not(feature = "terminal"), ignore = "needs the feature terminal")]
+fn colours_are_for_terminals_and_for_those_who_ask() {
+    let bench = Bench::new();
+    let run = bench.sh("tmam replay none.mcap");
+    assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
+    let run = bench.sh("CLICOLOR_FORCE=1 tmam replay none.mcap");
+    assert!(
+        run.stderr.starts_with("\u{1b}[1;31merror:\u{1b}[0m "),
+        "{}",
+        run.stderr
+    );
+    let run = bench.sh("NO_COLOR=1 CLICOLOR_FORCE=1 tmam replay none.mcap");
+    assert!(run.stderr.contains("error: "), "{}", run.stderr);
 }

@@ -1,5 +1,6 @@
 //! The main job, from outside: a log in; features, a trace and a recording out.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::support::{Bench, rewrite, ros1, sample, shared};
@@ -404,4 +405,42 @@ fn what_a_simulated_log_cannot_need_is_refused() {
         assert!(run.stderr.contains(said), "{fault}: {}", run.stderr);
     }
     assert!(bench.files().is_empty(), "{:?}", bench.files());
+}
+
+#[test]
+fn frames_of_a_part_have_the_numbers_of_the_whole_run() {
+    let bench = Bench::new();
+    let log = sample("room_drive.mcap");
+    let numbers = |name: &str, flags: &str| -> BTreeMap<(String, i64), u64> {
+        let run = bench.tmam(&log, &format!("replay {{}} --trace {name} {flags}"));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let rows = bench.json_lines(name);
+        let row = |row: &Value| {
+            let sensor = row["sensor"].as_str().unwrap().to_owned();
+            (
+                (sensor, row["stamp_ns"].as_i64().unwrap()),
+                row["frame"].as_u64().unwrap(),
+            )
+        };
+        rows.iter().map(row).collect()
+    };
+    let (whole, part) = (numbers("whole", ""), numbers("part", "--start 30 --end 60"));
+    let same = part
+        .iter()
+        .filter(|(arc, frame)| whole.get(*arc) == Some(frame))
+        .count();
+    // In the first frame another reading of a sonar may be the first of it.
+    assert!(
+        same + 16 >= part.len() && same > 300,
+        "{same} of {}",
+        part.len()
+    );
+    let first = part.values().min().unwrap();
+    assert!((60..75).contains(first), "{first}");
+    let run = bench.tmam(
+        &log,
+        "explain {} --sensor sonar_04 --frame 3 --start 30 --end 60",
+    );
+    let said = format!("the replay has frames {first} to ");
+    assert!(run.stderr.contains(&said), "{}", run.stderr);
 }

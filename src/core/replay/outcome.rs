@@ -19,7 +19,7 @@ use crate::core::tmam::step::{Extraction, Step};
 pub struct Outcome {
     /// Frames opened.
     pub frames: u32,
-    /// The stamp of each.
+    /// The stamps of all frames of the log up to the last of them, by their numbers.
     pub frame_stamps: Vec<i64>,
     /// Way from frame to frame, metres.
     pub distance: f64,
@@ -74,7 +74,7 @@ impl Outcome {
         let places = || frames.iter().map(|frame| frame.world_from_robot.position());
         let ways = places().zip(places().skip(1)).map(|(a, b)| (b - a).norm());
         Self {
-            frames: frames.last().map_or(0, |last| last.index + 1),
+            frames: u32::try_from(frames.len()).unwrap_or(u32::MAX),
             frame_stamps: frames.iter().map(|frame| frame.stamp_ns).collect(),
             distance: ways.fold(0.0, |sum, way| sum + way),
             variance_from,

@@ -11,9 +11,19 @@ use crate::core::pattern::{PatternError, glob_set};
 /// What is wrong with a configuration.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// Not TOML, or a value of the wrong type.
+    /// Not TOML.
     #[error("{0}")]
     Malformed(#[from] Box<toml::de::Error>),
+    /// A value of the wrong kind.
+    #[error("{key} = {value} is no value that it can have. It is: {doc}")]
+    WrongKind {
+        /// Its path.
+        key: String,
+        /// As written, in degrees where it is an angle.
+        value: Value,
+        /// What the key means.
+        doc: &'static str,
+    },
     /// A key that does not exist.
     #[error("unknown key `{key}`{}", did_you_mean(.suggestion.as_deref()))]
     UnknownKey {
@@ -80,7 +90,7 @@ pub fn parse_layers(texts: &[&str]) -> Result<Config, ConfigError> {
         overlay(&mut table, text.parse().map_err(Box::new)?);
     }
     into_radians(&mut table)?;
-    Ok(table.try_into().map_err(Box::new)?)
+    read(table)
 }
 
 /// A configuration with what a text names instead.
@@ -92,7 +102,30 @@ pub fn overridden(config: &Config, text: &str) -> Result<Config, ConfigError> {
     into_radians(&mut above)?;
     let mut table = Table::try_from(config).unwrap_or_default();
     overlay(&mut table, above);
-    Ok(table.try_into().map_err(Box::new)?)
+    read(table)
+}
+
+fn read(mut table: Table) -> Result<Config, ConfigError> {
+    let error = match table.clone().try_into() {
+        Ok(config) => return Ok(config),
+        Err(error) => Box::new(error),
+    };
+    // Which of the values it is, is tried: each alone.
+    each_leaf(&mut table, &mut Vec::new(), &mut |path, value| {
+        let mut alone = value.clone();
+        for part in path.iter().rev() {
+            alone = Value::Table(Table::from_iter([((*part).to_owned(), alone)]));
+        }
+        match (alone.try_into::<Config>(), keys::find(path)) {
+            (Err(_), Some(key)) => Err(ConfigError::WrongKind {
+                key: path.join("."),
+                value: value.clone(),
+                doc: key.doc,
+            }),
+            _ => Ok(()),
+        }
+    })?;
+    Err(error.into())
 }
 
 /// A configuration with what texts name instead, each over the one before; checked.

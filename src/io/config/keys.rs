@@ -2,7 +2,7 @@
 
 use toml_writer::{ToTomlKey, TomlKeyBuilder};
 
-use Bounds::{Above, Any, AtLeast, Between};
+use Bounds::{Above, Any, AtLeast, Between, Either};
 use Unit::{Degrees, Plain};
 
 /// How a value is written in the file.
@@ -25,6 +25,8 @@ pub enum Bounds {
     Above(f64),
     /// Not below.
     AtLeast(f64),
+    /// One of the two.
+    Either(f64, f64),
 }
 
 /// One key.
@@ -66,7 +68,7 @@ pub const KEYS: &[Key] = &[
     key("input.robot_frame", Plain, Any, "frame the odometry moves; default: its child_frame_id"),
     key("input.world_frame", Plain, Any, "frame the odometry is in, where there are several"),
     key("input.mounts_from", Plain, Any, "another log that has the mounts: the first part of a split recording"),
-    key("input.odometry_track", Plain, Between(0.0, 3.0), "1 or 2, of two tracks that alternate on the odometry's topic; default: all samples"),
+    key("input.odometry_track", Plain, Either(1.0, 2.0), "1 or 2, of two tracks that alternate on the odometry's topic; default: all samples"),
     key("input.odometry_jumps", Plain, Any, "\"keep\" (default), \"take-out\": it goes on as it drove, or \"spread\": corrections of drift"),
     key("input.drop_repeats", Plain, Any, "leave out readings that repeat the last one while driving"),
     key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
@@ -202,6 +204,7 @@ impl Bounds {
                 Self::Between(low, high) => value > low && value < high,
                 Self::Above(low) => value > low,
                 Self::AtLeast(low) => value >= low,
+                Self::Either(one, other) => value == one || value == other,
             }
     }
 }
@@ -213,6 +216,7 @@ impl std::fmt::Display for Bounds {
             Self::Between(low, high) => write!(f, "above {low} and below {high}"),
             Self::Above(low) => write!(f, "above {low}"),
             Self::AtLeast(low) => write!(f, "at least {low}"),
+            Self::Either(one, other) => write!(f, "{one} or {other}"),
         }
     }
 }

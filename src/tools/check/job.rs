@@ -221,6 +221,13 @@ impl Job {
         let replay = Replay::new(&survey.log, &config)?;
         let (mut new, outcome) = self.new_golden(&config, tolerances, &survey, &replay)?;
         let mut notes = kept_beyond(layers, &config, old.is_some())?;
+        if self.log.is_dir() {
+            notes.push(format!(
+                "{} is held as one drive, whose parts are the files in it; where these are drives of their own, name \
+                 them one by one",
+                self.log.display()
+            ));
+        }
         if let Some(renamed) = &self.renamed {
             notes.push(format!(
                 "blessed on the terms of {}, which was made from the same drive: remove that",

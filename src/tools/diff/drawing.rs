@@ -1,4 +1,4 @@
-//! Differences to look at: over the run of B where that is a log, else both maps over each other.
+//! Differences to look at: over the run of B where that is a log, else over that of A, else both maps over each other.
 
 use std::io::Write;
 
@@ -17,17 +17,23 @@ const LISTED: usize = 20;
 /// # Errors
 /// When `out` cannot be written to.
 pub fn write(all: &[Diff], mut out: impl Write) -> Result<(), DiffError> {
-    let [
-        Diff {
-            b: Side { run: Some(run), .. },
-            ..
-        },
-    ] = all
-    else {
+    let run = match all {
+        [Diff { a, b, .. }] => b
+            .run
+            .as_ref()
+            .zip(Some("B"))
+            .or(a.run.as_ref().zip(Some("A"))),
+        _ => None,
+    };
+    let Some((run, name)) = run else {
         let pairs: Vec<DrawnPair> = all.iter().map(Diff::pair).collect();
         return Ok(write_pairs(out, &pairs)?);
     };
-    let over = all.iter().map(Diff::over).next().unwrap_or_default();
+    let over = all
+        .iter()
+        .map(|diff| diff.over(name))
+        .next()
+        .unwrap_or_default();
     let replay = Replay::new(&run.log, &run.config)?;
     let setting = replay.setting();
     let mut recording = Recording::new(Some(&mut out), None, setting, over)?;
@@ -38,12 +44,13 @@ pub fn write(all: &[Diff], mut out: impl Write) -> Result<(), DiffError> {
 }
 
 impl Diff {
-    /// What of A is drawn over the run of B.
-    fn over(&self) -> Overlay {
+    /// What of both is drawn over the run that has this name.
+    fn over(&self, run: &str) -> Overlay {
+        let of_run = if run == "B" { &self.b } else { &self.a };
         Overlay {
-            notes: notes(&self.b.results, &self.found),
+            notes: notes(&of_run.results, &self.found),
             about: format!(
-                "## Differences of B, which is this run, from A\n\n{}\n\
+                "## Differences of B from A; {run} is this run\n\n{}\n\
                  The recording opens at the first, and the events list all as *DIFFERS*.\n\n\
                  | colour | what |\n|---|---|\n\
                  | dark teal | the map of A |\n\

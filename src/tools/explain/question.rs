@@ -176,11 +176,9 @@ fn distance(arc: &Arc, place: Vec2) -> f64 {
 }
 
 fn no_arc(sequences: &Sequences<'_>, id: SonarId, sonar: &Sonar, frame: u32) -> QuestionError {
-    if frame >= sequences.frames {
-        return QuestionError::NoSuchFrame {
-            frame,
-            last: sequences.frames.saturating_sub(1),
-        };
+    let [first, last] = sequences.frames;
+    if !(first..=last).contains(&frame) {
+        return QuestionError::NoSuchFrame { frame, first, last };
     }
     let sequence = sequences.of(id);
     let fired = sequence.iter().any(|given| given.frame == frame);
@@ -230,10 +228,12 @@ pub enum QuestionError {
         sonars: Vec<String>,
     },
     /// There is no such frame.
-    #[error("there is no frame {frame}: the replay has frames 0 to {last}")]
+    #[error("there is no frame {frame}: the replay has frames {first} to {last}")]
     NoSuchFrame {
         /// Asked for.
         frame: u32,
+        /// The first one.
+        first: u32,
         /// The last one.
         last: u32,
     },

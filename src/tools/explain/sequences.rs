@@ -20,8 +20,8 @@ pub struct SonarEntry<'a> {
 pub struct Sequences<'a> {
     sonars: BTreeMap<SonarId, Vec<SonarEntry<'a>>>,
     reports: &'a [ArcReport],
-    /// Frames opened.
-    pub frames: u32,
+    /// The first frame and the last one.
+    pub frames: [u32; 2],
 }
 
 impl<'a> Sequences<'a> {
@@ -44,7 +44,8 @@ impl<'a> Sequences<'a> {
         Self {
             sonars,
             reports,
-            frames: outcome.frames,
+            frames: [replay.frames().first(), replay.frames().last()]
+                .map(|frame| frame.map_or(0, |frame| frame.index)),
         }
     }
 

@@ -10,7 +10,7 @@ use super::ExplainError;
 use super::history::Doubt;
 use super::question::{command, sonars};
 use super::sequences::Sequences;
-use crate::core::observer::Setting;
+use crate::core::observer::{Observer, Setting};
 use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
 use crate::core::statistics::seconds;
@@ -60,8 +60,9 @@ pub fn list(
     replay: &Replay<'_>,
     globs: &[String],
     most: usize,
+    watch: &mut dyn Observer,
 ) -> Result<(Outcome, Suspects), ExplainError> {
-    let outcome = replay.run(&mut [])?;
+    let outcome = replay.run(&mut [watch])?;
     let sonars = sonars(globs, &Sequences::new(replay, &outcome), &replay.setting())?;
     let name = |report: &ArcReport| {
         let mut of = sonars.iter().filter(|(id, _)| *id == report.arc.id.sonar);

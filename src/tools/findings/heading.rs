@@ -72,7 +72,9 @@ fn against_speeds(of: &Examined<'_>) -> Option<String> {
         ));
     }
     (squares.sqrt() > 0.1 && !(1.0 / FACTOR..FACTOR).contains(&rate)).then(|| {
-        format!("the heading turns {rate:.2} times as fast as the rates of turn in the same messages say")
+        let way = if rate < 0.0 { "the other way, " } else { "" };
+        let rate = rate.abs();
+        format!("the heading turns {way}{rate:.2} times as fast as the rates of turn in the same messages say")
     })
 }
 

@@ -31,6 +31,17 @@ pub enum SimulateError {
          DELAY above 0 and of at most 60"
     )]
     LateText(String),
+    /// A late stretch that no reading is in.
+    #[error(
+        "no reading is later than {last:.1} s after the start, so that none is late from {from} s on; begin the \
+         stretch before, or drive longer (--laps, --hours)"
+    )]
+    NothingLate {
+        /// When the stretch begins, seconds after the start.
+        from: f64,
+        /// When the last reading is taken.
+        last: f64,
+    },
     /// Nowhere to go.
     #[error("a path needs at least 2 way-points, got {0}")]
     TooFewWaypoints(usize),

@@ -13,6 +13,16 @@ pub struct LateStretch {
 }
 
 impl LateStretch {
+    /// Checks that some of the readings, the last one so many nanoseconds after the start, are in it.
+    ///
+    /// # Errors
+    /// Where none is.
+    pub fn validate(&self, last_ns: i64) -> Result<(), SimulateError> {
+        let (from, last) = (self.from, last_ns as f64 * 1e-9);
+        let refused = SimulateError::NothingLate { from, last };
+        (from <= last).then_some(()).ok_or(refused)
+    }
+
     /// How much later than it is taken a reading is stamped, nanoseconds.
     pub fn delay_ns(&self, after_ns: i64) -> i64 {
         let after = after_ns as f64 * 1e-9;
@@ -54,6 +64,9 @@ mod tests {
         let delays = [1_999_999_999, 2_000_000_000, 3_500_000_000, 3_500_000_001];
         let delays = delays.map(|after_ns| late.delay_ns(after_ns));
         assert_eq!(delays, [0, 250_000_000, 250_000_000, 0]);
+        assert!(late.validate(2_000_000_000).is_ok());
+        let refused = late.validate(1_900_000_000).unwrap_err().to_string();
+        assert!(refused.contains("later than 1.9 s"), "{refused}");
     }
 
     #[test]

@@ -270,8 +270,10 @@ fn what_differs_is_recorded_over_the_run_of_b_or_as_two_maps() {
     bench.put("one/drive.golden.json", std::fs::read(&golden).unwrap());
     std::fs::create_dir(bench.path("two")).unwrap();
     bench.put("two/drive.json", bench.bytes("drive.features.json"));
+    let over_a = [&[log.as_str(), golden.as_str()][..], &gamma].concat();
     for arguments in [
         over_the_run.clone(),
+        over_a.clone(),
         vec![&golden, "drive.features.json"],
         vec!["one", "two"],
     ] {
@@ -300,6 +302,14 @@ fn what_differs_is_recorded_over_the_run_of_b_or_as_two_maps() {
     );
     let again = diff(&bench, &[&[golden.as_str(), "run.rrd"][..]].concat());
     assert_eq!(again.code, 1, "{}", again.stderr);
+    // Where A alone is a log, its run is drawn, with the arcs whose label differs.
+    assert_eq!(
+        diff(&bench, &[&over_a[..], &["-o", "run.rrd"]].concat()).code,
+        1
+    );
+    let drawn = bench.bytes("run.rrd");
+    let path = b"/world/differences/labels";
+    assert!(drawn.windows(path.len()).any(|bytes| bytes == path));
     // None takes the place of what is compared.
     for (arguments, out) in [
         (vec!["drive.features.json", "a.rrd"], "a.rrd"),

@@ -65,7 +65,7 @@ fn numbers_outside_their_bounds_are_refused_with_the_bounds() {
     );
     assert!(message("[triple]\ngamma = -3").ends_with("below 360 degrees"));
     assert!(message("[frames]\nstep = nan").contains("frames.step is NaN"));
-    assert!(message("[triple]\nalpha = 'x'").contains("invalid type"));
+    assert!(message("[input]\nodometry_track = 3").ends_with("it must be 1 or 2"));
     assert!(message("[input]\nsonars = ['[']").contains("is not a glob"));
     assert!(message("[input]\nstart = 5\nend = 3").contains("before its start"));
 }
@@ -86,7 +86,7 @@ fn messages_by_field_paths() {
     assert!(message("[channel.'/us']\nrange = 'r'\nx = 'x'").contains("one or the other"));
     assert!(message("[channel.'/o']\nx = 'x'\ny = 'y'").contains("without yaw"));
     assert!(message("[channel.'/us']\nrange='r'\nbeam_width=400").contains("below 360"));
-    assert!(message("[channel.'/us']\nrange='r'\nmax_range=[1]").contains("or the path"));
+    assert!(message("[channel.'/us']\nrange='r'\nmax_range=[1]").contains("path, or m"));
 }
 
 #[test]
@@ -99,4 +99,20 @@ fn later_layers_stand_before_earlier_ones() {
     let config = parse_layers(&layers).unwrap();
     assert_eq!((config.triple.alpha, config.triple.beta), (0.3, 3.0));
     assert_eq!(config.map.match_distance, 1.0);
+}
+
+#[test]
+fn a_value_of_the_wrong_kind_is_told_by_its_key_and_what_that_means() {
+    for (text, said) in [
+        ("input.odometry_jumps = true", "\"take-out\""),
+        ("triple.alpha = 'x'", "triple.alpha = \"x\" is no value"),
+        ("rule = 'papr'", "\"paper\" or \"noise-aware\""),
+        ("sonar.left.yaw = [1]", "sonar.left.yaw = [1] is no value"),
+        ("input.range_topics = 'a'", "globs"),
+        ("triple = 3", "unknown key"),
+    ] {
+        let message = message(text);
+        assert!(message.contains(said), "{text}: {message}");
+        assert!(!message.contains("variant"), "{message}");
+    }
 }

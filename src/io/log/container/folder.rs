@@ -16,7 +16,10 @@ pub fn parts(folder: &Path) -> io::Result<Vec<PathBuf>> {
     // One that was unpacked beside its packed one is one part.
     let unpacked: BTreeSet<PathBuf> = parts
         .iter()
-        .filter(|part| part.extension().is_some_and(|it| it == "mcap"))
+        .filter(|part| {
+            part.extension()
+                .is_some_and(|it| it.eq_ignore_ascii_case("mcap"))
+        })
         .cloned()
         .collect();
     parts.retain(|part| unpacked.contains(part) || !unpacked.contains(&part.with_extension("")));
@@ -61,7 +64,7 @@ pub fn is_one_recording(folder: &Path) -> bool {
 /// Where the ending of a log's name begins: `.mcap`, or what `ros2 bag` and others call it once it is packed.
 pub fn place_of_ending(part: &Path) -> Option<usize> {
     const ENDINGS: [&str; 4] = [".mcap", ".mcap.zstd", ".mcap.zst", ".mcap.gz"];
-    let name = part.file_name()?.to_string_lossy();
+    let name = part.file_name()?.to_string_lossy().to_ascii_lowercase();
     let ending = ENDINGS.iter().find(|ending| name.ends_with(**ending))?;
     name.len().checked_sub(ending.len())
 }
@@ -97,6 +100,7 @@ mod tests {
             (&["drive_1.mcap", "drive_2.mcap"], 2),
             (&["room.mcap", "room.mcap.zst", "notes.txt"], 1),
             (&["notes.txt"], 1),
+            (&["D.MCAP", "e.mcap"], 2),
         ] {
             let folder = folder(names);
             let drives = drives(folder.path());
