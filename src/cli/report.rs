@@ -6,10 +6,12 @@ use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
+use crate::core::least_explained::least_explained;
 use crate::core::replay::Replay;
 use crate::io::log;
 use crate::io::output::{is_stdout, show, write_whole};
 use crate::io::outputs::refuse_collisions;
+use crate::observe::causes;
 use crate::observe::progress::Progress;
 use crate::observe::report::{problems, written};
 use crate::tools::report::page::page;
@@ -34,6 +36,9 @@ pub struct Args {
     /// Write the page here; `-` is standard output
     #[arg(short, long = "output", value_name = "FILE.html", value_parser = ending_in("html"))]
     output: PathBuf,
+    /// Do not look for what is off: mounts, beams, clocks, scales
+    #[arg(long)]
+    no_causes: bool,
     #[command(flatten)]
     parameters: Parameters,
 }
@@ -46,7 +51,11 @@ impl Args {
         let log = log::read(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
         let setting = replay.setting();
-        let outcome = replay.run(&mut [&mut Progress::new(&setting)])?;
+        let mut outcome = replay.run(&mut [&mut Progress::new(&setting)])?;
+        if !self.no_causes {
+            outcome.causes = causes::look_for(&replay, &outcome);
+        }
+        outcome.stretch = least_explained(&setting, &outcome);
         let problems = problems(&log, &setting, &outcome);
         let path = replay.path(&outcome).into_iter();
         let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();

@@ -52,3 +52,15 @@ fn without_suspects_the_page_says_what_was_looked_at() {
     );
     assert!(!run.stdout.contains("Worst:"));
 }
+
+#[test]
+fn what_is_off_is_said_before_what_it_does() {
+    let bench = Bench::new();
+    let log = sample("room_trouble.mcap");
+    let page = bench.tmam(&log, "report {} -o -").stdout;
+    let at = |said: &str| page.find(said).unwrap_or_else(|| panic!("{said}: {page}"));
+    assert!(at("Cause 1: sonar_02 is turned by +6.0 deg") < at("Worst: sonar_02"));
+    assert!(at("arcs from 44.3 to 51.6 s") < at("Worst: sonar_02"));
+    let page = bench.tmam(&log, "report {} -o - --no-causes").stdout;
+    assert!(!page.contains("Cause 1"));
+}

@@ -75,6 +75,14 @@ pub fn page(
         // Writing to a string cannot fail.
         let _ = writeln!(html, "<p class=\"said\">{}</p>", shown(line));
     }
+    for (place, cause) in outcome.causes.iter().flatten().enumerate() {
+        let text = shown(&cause.text);
+        let _ = writeln!(html, "<p class=\"said\">Cause {}: {text}.</p>", place + 1);
+    }
+    if let Some(stretch) = &outcome.stretch {
+        let (arcs, text) = (stretch.arcs, stretch.in_words());
+        let _ = writeln!(html, "<p class=\"said\">Stretch: {arcs} {text}.</p>");
+    }
     if let Some(worst) = suspects.first() {
         let arc = worst.arc.id;
         let _ = writeln!(
