@@ -215,7 +215,7 @@ fn each_log_is_told_on_a_line_for_machines() {
             .contains("not an MCAP file")
     );
     assert_eq!(replayed[1]["schema"], "tmam.replayed/1");
-    assert_eq!(replayed[1]["causes"], serde_json::json!([]));
+    assert!(replayed[1]["causes"].is_array());
     let alone = lines("replay drives/long.mcap --features one.json");
     assert_eq!(alone, replayed[1..]);
     let evaluated = lines(&format!("evaluate {logs}"));
