@@ -36,7 +36,7 @@ impl Bits {
     pub fn of(outcome: &Outcome) -> Self {
         let mut bits = Self::default();
         let unexplained = libm::log2(SPAN / PRECISION);
-        for report in &outcome.reports {
+        for report in outcome.reports.iter() {
             bits.arcs += 1;
             let fit = outcome.prediction.residual(&report.arc);
             let taken = fit.map_or(unexplained, |fit| {

@@ -9,7 +9,7 @@ pub use outcome::{CauseTold, Outcome};
 pub use stretch::Stretch;
 
 use std::borrow::Cow;
-use std::sync::OnceLock;
+use std::sync::{Arc as Shared, OnceLock};
 
 use crate::core::config::{Config, Method, Poses, Rule, SIGMA_UNKNOWN, Triple};
 use crate::core::digest::sha256;
@@ -257,7 +257,7 @@ impl<'a> Replay<'a> {
         step.predicting.extend(map);
         let reach = Reach::of(self.config.map.max_wall_gap);
         let prediction = MapPrediction::new(map, &reach);
-        for report in &mut step.reports {
+        for report in Shared::make_mut(&mut step.reports) {
             report.map = of_tmam.then(|| prediction.predict(&report.arc));
         }
         for observer in observers {

@@ -1,6 +1,7 @@
 //! What a replay came to.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc as Shared;
 
 use serde::Serialize;
 
@@ -42,7 +43,7 @@ pub struct Outcome {
     /// The final map, by id.
     pub map: Vec<MapFeature>,
     /// Every arc by frame and sonar, with all that is known of it.
-    pub reports: Vec<ArcReport>,
+    pub reports: Shared<Vec<ArcReport>>,
     /// What should have echoed by the map that the noise-aware rule makes of the log.
     pub prediction: MapPrediction,
     /// Poses and features estimated together, or why the poses stay those of odometry; `None` where that
@@ -102,7 +103,7 @@ impl Outcome {
         self.poses = poses;
         self.map = self.joint().map_or(map, |joint| &joint.features).to_vec();
         self.prediction = prediction;
-        for report in &step.reports {
+        for report in step.reports.iter() {
             *self.labels.entry(report.label.name()).or_default() += 1;
             if let Some(reason) = report.label.reason() {
                 *self.reasons.entry(reason.name()).or_default() += 1;
