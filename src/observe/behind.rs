@@ -22,11 +22,8 @@ pub enum Behind<'scope, O> {
     },
 }
 
-/// What an observer is shown.
-pub enum Seen {
-    Frame(Frame, Step),
-    End(Box<Step>),
-}
+/// What an observer is shown: a frame and its step, or the end.
+type Seen = (Option<Frame>, Step);
 
 impl<'scope, O: Observer + Send + 'scope> Behind<'scope, O> {
     /// On a thread of its own where there is a scope for it.
@@ -69,10 +66,10 @@ impl<'scope, O: Observer + Send + 'scope> Behind<'scope, O> {
 }
 
 fn watch<O: Observer>(mut observer: O, shown: &Receiver<Seen>) -> Result<O, ObserverError> {
-    for seen in shown {
-        match seen {
-            Seen::Frame(frame, step) => observer.frame(&frame, &step)?,
-            Seen::End(step) => observer.finish(&step)?,
+    for (frame, step) in shown {
+        match frame {
+            Some(frame) => observer.frame(&frame, &step)?,
+            None => observer.finish(&step)?,
         }
     }
     Ok(observer)
@@ -88,7 +85,7 @@ impl<'scope, O: Observer + Send + 'scope> Observer for Behind<'scope, O> {
         match self {
             Self::Here(observer) => observer.frame(frame, step),
             Self::There { seen, thread } => {
-                let what = Seen::Frame(frame.clone(), step.clone());
+                let what = (Some(frame.clone()), step.clone());
                 Self::show(seen.as_ref(), thread, what)
             }
         }
@@ -97,11 +94,7 @@ impl<'scope, O: Observer + Send + 'scope> Observer for Behind<'scope, O> {
     fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
         match self {
             Self::Here(observer) => observer.finish(step),
-            Self::There { seen, thread } => Self::show(
-                seen.take().as_ref(),
-                thread,
-                Seen::End(Box::new(step.clone())),
-            ),
+            Self::There { seen, thread } => Self::show(seen.take().as_ref(), thread, (None, step.clone())),
         }
     }
 }

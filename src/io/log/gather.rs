@@ -45,8 +45,9 @@ const MOST_DESCRIPTIONS: usize = 16;
 pub struct Gatherer {
     /// Every sonar, in the order of their first readings.
     pub sources: Vec<Source>,
-    /// What is known of them by topic and frame.
-    heard: BTreeMap<String, BTreeMap<String, Heard>>,
+    heard: Vec<Heard>,
+    /// Their places by topic and frame.
+    heard_index: BTreeMap<String, BTreeMap<String, usize>>,
     /// Messages without a range, by topic.
     empty: BTreeMap<String, u64>,
     /// Each with the place of its sonar in `sources` for an id.
@@ -88,9 +89,17 @@ impl Gatherer {
                 if ranges.is_empty() {
                     *self.empty.entry(topic.to_owned()).or_default() += 1;
                 }
-                let form = self.form(topic, &ranges);
+                let Some(first) = ranges.first().map(|range| range.frame_id.clone()) else {
+                    return;
+                };
+                let heard = self.heard_at(topic, &first);
+                let form = self.form(heard, &ranges);
                 for range in ranges {
-                    self.take_range(topic, logged_ns, range, form);
+                    let heard = match range.frame_id == first {
+                        true => heard,
+                        false => self.heard_at(topic, &range.frame_id),
+                    };
+                    self.take_range_of(heard, topic, logged_ns, range, form);
                 }
             }
             Content::Odometry(odometry) => {
@@ -141,7 +150,7 @@ impl Gatherer {
 
     /// The number of a message's form among those of its topic and frame; 0 where its beams have frames of
     /// their own.
-    fn form(&mut self, topic: &str, ranges: &[RangeMessage<'_>]) -> usize {
+    fn form(&mut self, heard: usize, ranges: &[RangeMessage<'_>]) -> usize {
         let (Some(first), Some(last)) = (ranges.first(), ranges.last()) else {
             return 0;
         };
@@ -149,7 +158,7 @@ impl Gatherer {
             return 0;
         }
         let form = (ranges.len(), first.frame_from_beam, last.frame_from_beam);
-        let Some(Heard { forms: known, .. }) = self.heard(topic, &first.frame_id) else {
+        let Some(Heard { forms: known, .. }) = self.heard.get_mut(heard) else {
             return 0;
         };
         let place = known.iter().position(|other| *other == form);
@@ -162,9 +171,17 @@ impl Gatherer {
         if place < MOST_FORMS { place } else { 0 }
     }
 
-    /// What is known of the messages of a topic and frame, which is always something.
-    fn heard(&mut self, topic: &str, frame: &str) -> Option<&mut Heard> {
-        known_or_new(known_or_new(&mut self.heard, topic)?, frame)
+    /// Where in the list the messages of a topic and frame are.
+    fn heard_at(&mut self, topic: &str, frame: &str) -> usize {
+        let known = self.heard_index.get(topic);
+        if let Some(place) = known.and_then(|frames| frames.get(frame)) {
+            return *place;
+        }
+        let place = self.heard.len();
+        let frames = self.heard_index.entry(topic.to_owned()).or_default();
+        frames.insert(frame.to_owned(), place);
+        self.heard.push(Heard::default());
+        place
     }
 
     /// Takes a reading of a message of some form, or of none.
@@ -175,8 +192,20 @@ impl Gatherer {
         range: RangeMessage<'_>,
         form: usize,
     ) {
+        let heard = self.heard_at(topic, &range.frame_id);
+        self.take_range_of(heard, topic, logged_ns, range, form);
+    }
+
+    fn take_range_of(
+        &mut self,
+        heard: usize,
+        topic: &str,
+        logged_ns: i64,
+        range: RangeMessage<'_>,
+        form: usize,
+    ) {
         let next = self.sources.len();
-        let Some(heard) = self.heard(topic, &range.frame_id) else {
+        let Some(heard) = self.heard.get_mut(heard) else {
             return;
         };
         let index = match heard.places.entry((range.element, form)) {
@@ -234,12 +263,12 @@ impl Gatherer {
         if role == Role::Odometry {
             self.namespaces.forget_motion();
         }
-        if !self.tracks.contains_key(topic) {
-            (self.tracks).insert(topic.to_owned(), Odometry::new(role));
-        }
         if let Some(track) = self.tracks.get_mut(topic) {
-            track.take(logged_ns, &pose);
+            return track.take(logged_ns, &pose);
         }
+        let mut track = Odometry::new(role);
+        track.take(logged_ns, &pose);
+        self.tracks.insert(topic.to_owned(), track);
     }
 
     /// Leaves out the few messages that are unlike all others of their topic, which says of each what is lost.
@@ -258,7 +287,9 @@ impl Gatherer {
         }
         messages.retain(|(topic, frame, _), count| {
             let (all, most) = topics.get(topic).copied().unwrap_or_default();
-            let heard = (self.heard.get(*topic)).and_then(|frames| frames.get(*frame));
+            let frames = self.heard_index.get(*topic);
+            let place = frames.and_then(|frames| frames.get(*frame));
+            let heard = place.and_then(|place| self.heard.get(*place));
             let turns = heard.is_some_and(|heard| heard.forms.len() > MOST_FORMS);
             !turns && *count <= FEW && most > 10 * *count && 10 * (all - most) < all
         });
@@ -294,8 +325,7 @@ impl Gatherer {
 
     /// The sonars are to be numbered anew.
     fn forget_places(&mut self) {
-        let all = self.heard.values_mut().flat_map(BTreeMap::values_mut);
-        all.for_each(|heard| heard.places.clear());
+        self.heard.iter_mut().for_each(|heard| heard.places.clear());
     }
 
     /// The place of a source that is not odd, which may be one with what is known already.
@@ -311,7 +341,8 @@ impl Gatherer {
             element,
             ..
         } = &source.key;
-        let heard = self.heard(topic, frame)?;
+        let heard = self.heard_at(topic, frame);
+        let heard = self.heard.get_mut(heard)?;
         let place = *heard.places.entry((*element, 0)).or_insert(next);
         match self.sources.get_mut(place) {
             Some(known) => known.join(&source),
@@ -377,14 +408,6 @@ impl Gatherer {
     pub fn keep_odometry(&mut self, topic: &str) {
         self.tracks.retain(|known, _| known == topic);
     }
-}
-
-/// What a map has by a name, which is copied only where it is new.
-fn known_or_new<'m, T: Default>(map: &'m mut BTreeMap<String, T>, name: &str) -> Option<&'m mut T> {
-    if !map.contains_key(name) {
-        map.insert(name.to_owned(), T::default());
-    }
-    map.get_mut(name)
 }
 
 #[cfg(test)]
