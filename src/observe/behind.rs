@@ -94,7 +94,9 @@ impl<'scope, O: Observer + Send + 'scope> Observer for Behind<'scope, O> {
     fn finish(&mut self, step: &Step) -> Result<(), ObserverError> {
         match self {
             Self::Here(observer) => observer.finish(step),
-            Self::There { seen, thread } => Self::show(seen.take().as_ref(), thread, (None, step.clone())),
+            Self::There { seen, thread } => {
+                Self::show(seen.take().as_ref(), thread, (None, step.clone()))
+            }
         }
     }
 }
