@@ -16,7 +16,7 @@ use crate::core::event::SonarId;
 use crate::core::geometry::{Pose2, Vec2, angle_between, rotate, unit};
 use crate::core::joint::arrowhead::{Arrowhead, Row, Solution};
 use crate::core::joint::drift::{Drift, Increment};
-use crate::core::joint::path::{KeyPose, between, key_poses};
+use crate::core::joint::key_pose::{KeyPose, between, key_poses};
 use crate::core::odometry::Track;
 use crate::core::replay::{Outcome, Replay};
 
@@ -198,7 +198,7 @@ impl<'a> Problem<'a> {
             scene,
             origin_ns: odometry.first().map_or(0, |sample| sample.stamp_ns),
             keys: key_poses(replay.frames()),
-            drift: outcome.joint().map(|joint| joint.drift),
+            drift: outcome.joint().map(|joint| joint.path.drift),
             by_scales: by_scales(scene, replay),
         }
     }
