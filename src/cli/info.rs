@@ -59,7 +59,7 @@ impl Args {
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
-        let mut doing = Doing::new();
+        let mut doing = Doing::default();
         let info = self.info(log, config, &mut |what| doing.tell(what))?;
         drop(doing);
         if self.json {

@@ -35,9 +35,10 @@ impl Args {
             Output::whole(&page, |out| {
                 let man = Man::new(command);
                 page_of(&man, &usage, out)?;
-                has_version
-                    .then(|| man.render_version_section(out))
-                    .unwrap_or(Ok(()))
+                match has_version {
+                    true => man.render_version_section(out),
+                    false => Ok(()),
+                }
             })?;
         }
         Ok(Exit::Done)

@@ -55,11 +55,13 @@ impl Drop for ProgressLine {
 #[derive(Debug)]
 pub struct Doing(ProgressLine);
 
-impl Doing {
-    pub fn new() -> Self {
+impl Default for Doing {
+    fn default() -> Self {
         Self(ProgressLine::new(0))
     }
+}
 
+impl Doing {
     /// From now on it is this.
     pub fn tell(&mut self, what: &str) {
         if self.0.is_shown {
