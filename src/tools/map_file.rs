@@ -94,8 +94,16 @@ fn geojson(mut out: impl Write, setting: &Setting<'_>, map: &[MapFeature]) -> io
                 json!({ "type": "Point", "coordinates": place(point.position) }),
                 point.covariance,
             ),
+            Shape::Circle(circle) => (
+                "circle",
+                json!({
+                    "type": "Polygon",
+                    "coordinates": [circle.outline().map(place).collect::<Vec<_>>()],
+                }),
+                feature.shape.covariance().unwrap_or_default(),
+            ),
         };
-        json!({
+        let mut row = json!({
             "type": "Feature",
             "id": feature.id,
             "geometry": geometry,
@@ -106,7 +114,12 @@ fn geojson(mut out: impl Write, setting: &Setting<'_>, map: &[MapFeature]) -> io
                 "runs": feature.runs,
                 "covariance": [[covariance.m11, covariance.m12], [covariance.m21, covariance.m22]],
             },
-        })
+        });
+        if let Shape::Circle(circle) = &feature.shape {
+            row["properties"]["center"] = json!(place(circle.center));
+            row["properties"]["radius"] = json!(rounded(circle.radius));
+        }
+        row
     });
     let file = json!({
         "type": "FeatureCollection",
@@ -138,6 +151,15 @@ fn csv(out: impl Write, map: &[MapFeature]) -> io::Result<()> {
                 let [x, y] = [point.position.x, point.position.y].map(number);
                 let places = [x, y, nothing(), nothing(), nothing(), nothing()];
                 ("point", places, point.covariance)
+            }
+            // Its centre, and one of its places.
+            Shape::Circle(circle) => {
+                let nothing = String::new;
+                let (x, y) = (circle.center.x, circle.center.y);
+                let [x, y, beside] = [x, y, x + circle.radius].map(number);
+                let places = [x, y.clone(), beside, y, nothing(), nothing()];
+                let covariance = feature.shape.covariance().unwrap_or_default();
+                ("circle", places, covariance)
             }
         };
         let variances = [covariance.m11, covariance.m12, covariance.m22];

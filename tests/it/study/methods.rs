@@ -1,8 +1,15 @@
 //! TMAM and its rivals on the same logs.
 
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use tmam_replay::core::log::Log;
+use tmam_replay::core::tmam::feature::{MapFeature, Status};
+use tmam_replay::core::tmam::label::Kind;
 use tmam_replay::tools::evaluate::Evaluation;
 use tmam_replay::tools::evaluate::map::KindScore;
 
+use super::drives::Rules;
 use super::tables::{Row, mean, percent, sum, table as markdown};
 
 /// How the confirmed map of each did.
@@ -51,4 +58,54 @@ pub fn table(rows: &[Row]) -> String {
             ("off by mm", &away),
         ],
     )
+}
+
+/// What each method makes of a log of which nobody knows the truth.
+pub fn of_log(log: &Log, rules: &Rules) -> String {
+    let mut text = String::from(
+        "| rule | arcs | labelled % | lines | points | tentative | readings in features |\n\
+         |---|---:|---:|---:|---:|---:|---:|\n",
+    );
+    for (name, outcome) in rules.replay(log) {
+        let confirmed = |kind| {
+            let is = |f: &&MapFeature| f.status == Status::Confirmed && f.shape.kind() == kind;
+            outcome.map.iter().filter(is).count()
+        };
+        let tentative = outcome.map.iter().filter(|f| f.status == Status::Tentative);
+        let arcs = outcome.reports.len() as u64;
+        let labelled = ["contact", "intersection"].map(|label| outcome.labelled(label));
+        let _ = writeln!(
+            text,
+            "| {name} | {arcs} | {} | {} | {} | {} | {} |",
+            percent(labelled.iter().sum(), arcs),
+            confirmed(Kind::Line),
+            confirmed(Kind::Point),
+            tentative.count(),
+            outcome.associated_readings,
+        );
+    }
+    text
+}
+
+/// Milliseconds of each method for a frame, the least of three replays: other work on the machine only adds.
+pub fn times(logs: &[(&str, Log)], rules: &Rules) -> String {
+    let heads = logs.iter().map(|(name, _)| format!(" {name} |"));
+    let mut text = format!("| rule |{}\n|---|", heads.collect::<String>());
+    text.push_str(&"---:|".repeat(logs.len()));
+    text.push('\n');
+    for place in 0..rules.names().count() {
+        let name = rules.names().nth(place).unwrap_or_default();
+        let _ = write!(text, "| {name} |");
+        for (_, log) in logs {
+            let one = || {
+                let start = Instant::now();
+                let outcome = rules.replay_one(place, log);
+                start.elapsed().as_secs_f64() * 1e3 / f64::from(outcome.frames.max(1))
+            };
+            let least = (0..3).map(|_| one()).fold(f64::INFINITY, f64::min);
+            let _ = write!(text, " {least:.3} |");
+        }
+        text.push('\n');
+    }
+    text
 }
