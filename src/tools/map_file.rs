@@ -103,23 +103,27 @@ fn geojson(mut out: impl Write, setting: &Setting<'_>, map: &[MapFeature]) -> io
                 feature.shape.covariance().unwrap_or_default(),
             ),
         };
-        let mut row = json!({
+        let round = match &feature.shape {
+            Shape::Circle(circle) => Some((place(circle.center), rounded(circle.radius))),
+            Shape::Line(_) | Shape::Point(_) => None,
+        };
+        let mut properties = json!({
+            "kind": kind,
+            "status": feature.status,
+            "readings": feature.readings,
+            "runs": feature.runs,
+            "covariance": [[covariance.m11, covariance.m12], [covariance.m21, covariance.m22]],
+        });
+        if let (Some((center, radius)), Some(properties)) = (round, properties.as_object_mut()) {
+            properties.insert("center".to_owned(), json!(center));
+            properties.insert("radius".to_owned(), json!(radius));
+        }
+        json!({
             "type": "Feature",
             "id": feature.id,
             "geometry": geometry,
-            "properties": {
-                "kind": kind,
-                "status": feature.status,
-                "readings": feature.readings,
-                "runs": feature.runs,
-                "covariance": [[covariance.m11, covariance.m12], [covariance.m21, covariance.m22]],
-            },
-        });
-        if let Shape::Circle(circle) = &feature.shape {
-            row["properties"]["center"] = json!(place(circle.center));
-            row["properties"]["radius"] = json!(rounded(circle.radius));
-        }
-        row
+            "properties": properties,
+        })
     });
     let file = json!({
         "type": "FeatureCollection",

@@ -8,9 +8,9 @@ mod circle;
 mod estimate;
 mod model;
 
-pub use circle::fit_circle;
 pub use estimate::FitOptions;
 
+use self::circle::estimate_circle;
 use self::estimate::{estimate, fit_to_the_end};
 use self::model::{CartesianPoint, LineFromEitherSide, LocalLine, Model};
 use super::arc::{Arc, ArcId};
@@ -79,6 +79,19 @@ fn fit<M: Model>(model: impl Fn(&Arc) -> M, arcs: &[Arc], options: &FitOptions) 
             rejection: Some(rejection),
             outliers: Vec::new(),
         },
+    }
+}
+
+/// Fits a circle to the arcs of a run; estimate and covariance in the world.
+pub fn fit_circle(arcs: &[Arc], options: &FitOptions) -> Fit {
+    let estimate = estimate_circle(arcs, options);
+    Fit {
+        shape: estimate.circle.map(Shape::Circle),
+        residual_rms: estimate.residual_rms,
+        iterations: estimate.iterations,
+        converged: estimate.circle.is_some(),
+        rejection: estimate.rejection,
+        outliers: estimate.outliers,
     }
 }
 

@@ -17,7 +17,7 @@ use tmam_replay::tools::evaluate::map::KindScore;
 use super::tables::{Row, each, mean, percent, sum, table as markdown};
 
 /// Passes of each cell of the first table.
-const PASSES: u32 = 200;
+const PASSES: u32 = 100;
 /// The nearest range of a pass, metres.
 const RANGE: f64 = 1.0;
 /// Bounds as they are by default.

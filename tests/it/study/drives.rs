@@ -96,13 +96,6 @@ impl Case {
         format!("{drive}, {:.0} mm", self.sigma * 1e3)
     }
 
-    /// Its log, read.
-    pub fn read(&self, seed: u64) -> Log {
-        let bytes = Cursor::new(self.log(seed));
-        let read = read_with_truth_in(bytes, "room.mcap", &Config::default());
-        read.unwrap().0
-    }
-
     fn log(&self, seed: u64) -> Vec<u8> {
         let simulation = Simulation {
             world: match self.drive {
@@ -344,16 +337,11 @@ impl Rules {
 
     /// A log replayed under each of them.
     pub fn replay(&self, log: &Log) -> Vec<(&'static str, Outcome)> {
-        let places = self.names().enumerate();
-        places
-            .map(|(place, name)| (name, self.replay_one(place, log)))
+        let outcome = |config| Replay::new(log, config).unwrap().run(&mut []).unwrap();
+        let rules = self.0.iter();
+        rules
+            .map(|(name, config)| (*name, outcome(config)))
             .collect()
-    }
-
-    /// The same under one.
-    pub fn replay_one(&self, place: usize, log: &Log) -> Outcome {
-        let (_, config) = &self.0[place];
-        Replay::new(log, config).unwrap().run(&mut []).unwrap()
     }
 
     pub fn names(&self) -> impl Iterator<Item = &'static str> {

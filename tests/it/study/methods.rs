@@ -1,7 +1,6 @@
 //! TMAM and its rivals on the same logs.
 
 use std::fmt::Write as _;
-use std::time::Instant;
 
 use tmam_replay::core::log::Log;
 use tmam_replay::core::tmam::feature::{MapFeature, Status};
@@ -83,29 +82,6 @@ pub fn of_log(log: &Log, rules: &Rules) -> String {
             tentative.count(),
             outcome.associated_readings,
         );
-    }
-    text
-}
-
-/// Milliseconds of each method for a frame, the least of three replays: other work on the machine only adds.
-pub fn times(logs: &[(&str, Log)], rules: &Rules) -> String {
-    let heads = logs.iter().map(|(name, _)| format!(" {name} |"));
-    let mut text = format!("| rule |{}\n|---|", heads.collect::<String>());
-    text.push_str(&"---:|".repeat(logs.len()));
-    text.push('\n');
-    for place in 0..rules.names().count() {
-        let name = rules.names().nth(place).unwrap_or_default();
-        let _ = write!(text, "| {name} |");
-        for (_, log) in logs {
-            let one = || {
-                let start = Instant::now();
-                let outcome = rules.replay_one(place, log);
-                start.elapsed().as_secs_f64() * 1e3 / f64::from(outcome.frames.max(1))
-            };
-            let least = (0..3).map(|_| one()).fold(f64::INFINITY, f64::min);
-            let _ = write!(text, " {least:.3} |");
-        }
-        text.push('\n');
     }
     text
 }

@@ -1,11 +1,11 @@
 //! Circles fitted to runs.
 
-use super::{Fit, FitOptions};
+use super::estimate::FitOptions;
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::circle::{
     CircleFit, FEWEST, Parameters, chi2, circle_range, covariance, is_held,
 };
-use crate::core::tmam::feature::{Circle, Rejection, Shape};
+use crate::core::tmam::feature::{Circle, Rejection};
 
 /// One in so many readings of a run may be an outlier.
 const READINGS_PER_OUTLIER: usize = 5;
@@ -16,8 +16,21 @@ const BEAM_SIGMAS: f64 = 3.0;
 /// A mirror image nearer than this is the circle itself, metres.
 const APART: f64 = 1e-4;
 
-/// Fits a circle to the arcs of a run; estimate and covariance in the world.
-pub fn fit_circle(arcs: &[Arc], options: &FitOptions) -> Fit {
+/// The end of a fit.
+pub struct CircleEstimate {
+    /// In the world; `None` where there was none to speak of.
+    pub circle: Option<Circle>,
+    /// Root mean square of range minus prediction, metres.
+    pub residual_rms: f64,
+    pub iterations: u32,
+    /// Why it must not be registered, if so.
+    pub rejection: Option<Rejection>,
+    /// Readings that were left out.
+    pub outliers: Vec<ArcId>,
+}
+
+/// The best circle that the options allow.
+pub fn estimate_circle(arcs: &[Arc], options: &FitOptions) -> CircleEstimate {
     let mut kept = arcs.to_vec();
     let mut outliers: Vec<ArcId> = Vec::new();
     let most = if options.misfits.is_some() {
@@ -40,11 +53,10 @@ pub fn fit_circle(arcs: &[Arc], options: &FitOptions) -> Fit {
         found = CircleFit::from(fit.parameters, &kept);
     }
     outliers.sort();
-    let none = |rejection, iterations| Fit {
-        shape: None,
+    let none = |rejection, iterations| CircleEstimate {
+        circle: None,
         residual_rms: 0.0,
         iterations,
-        converged: false,
         rejection: Some(rejection),
         outliers: Vec::new(),
     };
@@ -59,11 +71,10 @@ pub fn fit_circle(arcs: &[Arc], options: &FitOptions) -> Fit {
         radius: fit.parameters.z,
         covariance,
     };
-    Fit {
-        shape: Some(Shape::Circle(circle)),
+    CircleEstimate {
+        circle: Some(circle),
         residual_rms: rms(&fit.parameters, &kept),
         iterations: fit.iterations,
-        converged: true,
         rejection: rejection(&circle, &fit, &kept, options),
         outliers,
     }
@@ -134,9 +145,9 @@ mod tests {
                 arc.range += arc.variance.sqrt() * noise.sample();
             }
             arcs[7].range += 0.2;
-            let fit = fit_circle(&arcs, &options);
+            let fit = estimate_circle(&arcs, &options);
             assert!(fit.outliers.contains(&arcs[7].id));
-            let Some(Shape::Circle(circle)) = fit.shape.filter(|_| fit.rejection.is_none()) else {
+            let Some(circle) = fit.circle.filter(|_| fit.rejection.is_none()) else {
                 continue;
             };
             let off = Parameters::new(0.0, 1.3, 0.3)

@@ -62,7 +62,7 @@ pub fn first(features: &[MapFeature], arcs: &[Arc], bounds: &config::Map) -> Opt
             }
         }
     }
-    ties::first_least(found.into_iter(), |_, _| 0.5).map(|(_, round)| round)
+    ties::first_least(found, |_, _| 0.5).map(|(_, round)| round)
 }
 
 /// Where a point or a circle is; walls are none.
