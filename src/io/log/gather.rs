@@ -11,7 +11,7 @@ use super::namespaces::Namespaces;
 use super::odometry::{Odometry, stamp};
 use super::sonars::{Source, SourceKey};
 use super::transforms::Origin;
-use crate::core::config::{Config, RangeStamps};
+use crate::core::config::{Config, StampsFrom};
 use crate::core::event::{RangeReading, SonarId};
 use crate::core::wording::counted;
 
@@ -50,7 +50,9 @@ pub struct Gatherer {
     /// Points of sonar rings, with the topic and the time they were recorded.
     pub hits: Vec<(String, i64, HitsMessage)>,
     /// What is taken for the stamps of readings.
-    range_stamps: RangeStamps,
+    range_stamps: StampsFrom,
+    odometry_stamps: StampsFrom,
+    from_speeds: bool,
     descriptions: usize,
     last_description: String,
     pub notes: Vec<String>,
@@ -64,6 +66,8 @@ impl Gatherer {
     pub fn new(config: &Config) -> Self {
         Self {
             range_stamps: config.input.range_stamps,
+            odometry_stamps: config.input.odometry_stamps,
+            from_speeds: config.input.odometry_from_speeds,
             ..Self::default()
         }
     }
@@ -186,8 +190,8 @@ impl Gatherer {
         }
         self.readings.push(RangeReading {
             stamp_ns: match self.range_stamps {
-                RangeStamps::Message => stamp(range.stamp_ns, logged_ns),
-                RangeStamps::Recording => logged_ns,
+                StampsFrom::Message => stamp(range.stamp_ns, logged_ns),
+                StampsFrom::Recording => logged_ns,
             }
             .saturating_add(range.delay_ns),
             sonar: SonarId(id),
@@ -199,12 +203,21 @@ impl Gatherer {
         });
     }
 
-    fn take_odometry(&mut self, role: Role, topic: &str, logged_ns: i64, pose: TransformMessage) {
+    fn take_odometry(
+        &mut self,
+        role: Role,
+        topic: &str,
+        logged_ns: i64,
+        mut pose: TransformMessage,
+    ) {
+        if self.odometry_stamps == StampsFrom::Recording {
+            pose.stamp_ns = logged_ns;
+        }
         if role == Role::Odometry {
             self.namespaces.forget_motion();
         }
         let track = self.tracks.entry(topic.to_owned());
-        let track = track.or_insert_with(|| Odometry::new(role));
+        let track = track.or_insert_with(|| Odometry::new(role, self.from_speeds));
         track.take(logged_ns, &pose);
     }
 

@@ -58,6 +58,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     };
     let by = if jumps.len() == 1 { "by" } else { "by up to" };
     let keys = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
+    let tried = of.best(&keys);
     Some(Finding::new(
         Weight::Serious,
         "odometry-jump",
@@ -68,9 +69,10 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             largest(1).to_degrees()
         ),
         "the map before and after it does not fit together, and walls are drawn twice",
-        match of.best(&keys) {
-            Some((key, tried)) => format!("set {key}{tried}; or {advice}"),
+        match &tried {
+            Some(tried) => format!("set {}{tried}; or {advice}", tried.keys),
             None => advice,
         },
-    ))
+    )
+    .with(tried))
 }

@@ -1,0 +1,54 @@
+//! Mounts that lie otherwise on the robot than transforms say: all headings left out, in degrees or with the other
+//! sign, left and right exchanged, the robot's x axis to a side (ros-navigation/navigation2#2499,
+//! ros/robot_state_publisher#92).
+
+use super::examined::{Examined, Tried};
+use super::finding::{Finding, Weight};
+use super::heading::against_speeds;
+use super::poses;
+
+/// A log of which more is explained has its sonars where they are said to be.
+const WELL: f64 = 0.9;
+/// So many sonars show how they lie.
+const SEVERAL: usize = 3;
+
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    found(of).into_iter().collect()
+}
+
+fn found(of: &Examined<'_>) -> Option<Finding> {
+    let explained = of.explained()?;
+    let follows = poses::are_none(&of.survey.traits.poses) || against_speeds(of).is_some();
+    if explained.share > WELL || of.facts.sonars.len() < SEVERAL || follows || of.is_long() {
+        return None;
+    }
+    let tried = of.best(&mounts_lie()).filter(Tried::is_most)?;
+    Some(Finding::new(
+        Weight::Serious,
+        "mounts-lie",
+        format!(
+            "the map explains {:.0} % of the arcs; with the mounts laid otherwise on the robot it explains more",
+            100.0 * explained.share
+        ),
+        "a map from wrong mounts is wrong everywhere",
+        format!(
+            "look at the transforms of the sonars' frames, and at what heading the odometry has for forward: for this \
+             log {}{tried}",
+            tried.keys
+        ),
+    )
+    .with(Some(tried)))
+}
+
+/// The keys that lay mounts otherwise.
+pub fn mounts_lie() -> Vec<String> {
+    let ways = [
+        "outward",
+        "mirrored",
+        "turned-left",
+        "turned-right",
+        "turned-round",
+    ];
+    ways.map(|way| format!("sonars.mounts = \"{way}\""))
+        .to_vec()
+}
