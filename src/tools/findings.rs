@@ -18,6 +18,7 @@ mod infrared;
 mod interleaved;
 mod jump;
 
+mod laid;
 mod limits;
 mod losses;
 mod mounts;
@@ -36,6 +37,7 @@ mod stand_in;
 mod still;
 pub mod trial;
 mod uncovered;
+mod units;
 mod unread;
 mod unsaid;
 mod variances;

@@ -5,6 +5,7 @@
 use super::examined::{Examined, Tried};
 use super::finding::{Finding, Weight};
 use super::heading::against_speeds;
+use super::laid::mounts_lie;
 use super::poses;
 
 /// A log of which more is explained has its sonars where they are said to be.
@@ -38,17 +39,4 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         ),
     )
     .with(Some(tried)))
-}
-
-/// The keys that lay mounts otherwise.
-pub fn mounts_lie() -> Vec<String> {
-    let ways = [
-        "outward",
-        "mirrored",
-        "turned-left",
-        "turned-right",
-        "turned-round",
-    ];
-    ways.map(|way| format!("sonars.mounts = \"{way}\""))
-        .to_vec()
 }

@@ -5,15 +5,8 @@ use super::finding::{Finding, Weight, which_sonars};
 use super::heading::against_speeds;
 use super::sonars::SonarFacts;
 use super::stamps::used;
+use super::units::UNITS;
 
-/// Units of length in use, in metres.
-pub const UNITS: [(&str, f64); 5] = [
-    ("millimetres", 0.001),
-    ("centimetres", 0.01),
-    ("inches", 0.0254),
-    ("decimetres", 0.1),
-    ("feet", 0.3048),
-];
 /// A driver that forgets, or twice makes, the way there and back; one in metres that is scaled as if it were not.
 const SCALES: [f64; 4] = [0.5, 2.0, 100.0, 1000.0];
 /// A sonar in the air reaches no farther, metres.

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
-use super::poses::best_axes;
+use super::laid::best_axes;
 use super::{poses, speed};
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Vec2, direction, wrap_angle};

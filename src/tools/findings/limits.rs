@@ -3,11 +3,12 @@
 
 use std::collections::BTreeSet;
 
-use super::distances::{UNITS, keys};
+use super::distances::keys;
 use super::examined::Examined;
 use super::finding::{Finding, Weight, which_sonars};
 use super::sonars::SonarFacts;
 use super::stamps::used;
+use super::units::UNITS;
 use crate::core::event::{RangeReading, Return};
 use crate::core::statistics::fraction;
 

@@ -1,9 +1,9 @@
 //! Mounts that are off the robot, and sonars that are one and the same.
 
-use super::distances::UNITS;
 use super::examined::Examined;
 use super::finding::{Finding, Weight, which_sonars};
 use super::sonars::{MountFacts, SonarFacts};
+use super::units::UNITS;
 use crate::core::event::{Events, RangeReading, SonarId};
 use crate::core::statistics::fraction;
 

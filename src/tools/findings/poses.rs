@@ -1,8 +1,8 @@
 //! Poses that are not of a robot on a floor, and orientations that are none.
 
-use super::arrangement::mounts_lie;
-use super::examined::{Examined, Tried};
+use super::examined::Examined;
 use super::finding::{Finding, Weight, percent};
+use super::laid::{best_axes, from_speeds};
 use crate::core::statistics::fraction;
 use crate::core::wording::counted;
 use crate::io::log::traits::PoseTraits;
@@ -88,11 +88,6 @@ fn of_heading(of: &Examined<'_>) -> Vec<String> {
     ["rad", "deg"].map(in_unit).to_vec()
 }
 
-/// The key that makes the path of the speeds, whatever the poses are.
-pub fn from_speeds() -> String {
-    "input.odometry_from_speeds = true".to_owned()
-}
-
 /// Poses with another axis up (mocap) or with z down (NED).
 fn leaning(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
     let share = fraction(poses.leaning, poses.poses);
@@ -126,23 +121,6 @@ fn leaning(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
         },
     )
     .with(tried))
-}
-
-/// The key that lays the odometry's axes or mounts so that most of the log is explained, or makes the path of the
-/// speeds.
-pub fn best_axes(of: &Examined<'_>) -> Option<Tried> {
-    let topic = toml::Value::from(of.survey.odometry_topic.as_deref()?);
-    let axes = [
-        "up = \"y\"",
-        "up = \"-y\"",
-        "up = \"-z\"",
-        "heading = \"clockwise\"",
-        "heading = \"compass\"",
-    ];
-    let mut keys = axes.map(|key| format!("channel.{topic}.{key}")).to_vec();
-    keys.push(from_speeds());
-    keys.extend(mounts_lie());
-    of.best(&keys).filter(Tried::is_most)
 }
 
 /// Poses that rise and fall.

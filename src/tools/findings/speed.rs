@@ -1,8 +1,8 @@
 //! Robots that drive faster than any with sonars: odometry in another unit.
 
-use super::distances::UNITS;
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
+use super::units::UNITS;
 use crate::core::event::OdometrySample;
 use crate::core::statistics::{median, seconds};
 use crate::io::log::tracks::two_tracks;
