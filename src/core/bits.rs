@@ -32,13 +32,14 @@ pub struct Bits {
 }
 
 impl Bits {
-    /// Of a replay.
-    pub fn of(outcome: &Outcome) -> Self {
+    /// Of a replay; `None` where no map says what should have echoed.
+    pub fn of(outcome: &Outcome) -> Option<Self> {
+        let prediction = outcome.prediction.as_ref()?;
         let mut bits = Self::default();
         let unexplained = libm::log2(SPAN / PRECISION);
         for report in &outcome.reports {
             bits.arcs += 1;
-            let fit = outcome.prediction.residual(&report.arc);
+            let fit = prediction.residual(&report.arc);
             let taken = fit.map_or(unexplained, |fit| {
                 bits.explained += 1;
                 bits.chi2 += fit.chi2();
@@ -47,9 +48,9 @@ impl Bits {
             });
             bits.all += taken.clamp(0.0, unexplained);
         }
-        bits.all += outcome.prediction.features() as f64 * FEATURE * unexplained;
+        bits.all += prediction.features() as f64 * FEATURE * unexplained;
         bits.all += of_path(outcome);
-        bits
+        Some(bits)
     }
 
     /// Bits that an arc takes; `None` without one.

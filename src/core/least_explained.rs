@@ -29,7 +29,8 @@ const AS_ELSEWHERE: f64 = 0.8;
 pub fn least_explained(setting: &Setting<'_>, outcome: &Outcome) -> Option<Stretch> {
     let mut arcs: Vec<Arc> = outcome.reports.iter().map(|report| report.arc).collect();
     arcs.sort_by_key(|arc| arc.stamp_ns);
-    let is_explained = |arc: &Arc| outcome.prediction.residual(arc).is_some();
+    let prediction = outcome.prediction.as_ref()?;
+    let is_explained = |arc: &Arc| prediction.residual(arc).is_some();
     let explained: Vec<bool> = arcs.iter().map(is_explained).collect();
     let (from, to) = worst(&explained)?;
     let part = arcs.get(from..to)?;
@@ -89,7 +90,8 @@ fn delay(arcs: &[Arc], setting: &Setting<'_>, outcome: &Outcome) -> Option<(f64,
                 world_from_sensor,
                 ..***arc
             };
-            outcome.prediction.residual(&moved).is_some()
+            let prediction = outcome.prediction.as_ref();
+            prediction.is_some_and(|prediction| prediction.residual(&moved).is_some())
         };
         tried.iter().filter(is_explained).count() as u64
     };

@@ -249,16 +249,16 @@ impl<'a> Replay<'a> {
             step.closures.extend(&joint.closures);
         }
         // What a rival maps does not say what should have echoed.
-        let map = match joint {
-            _ if !of_tmam => &[],
+        let map = of_tmam.then(|| match joint {
             Some(joint) => joint.features_given_path.as_slice(),
             None => (predicting.as_ref()).map_or(&*features, |beside| beside.map().features()),
-        };
-        step.predicting.extend(map);
+        });
+        step.predicting.extend(map.into_iter().flatten());
         let reach = Reach::of(self.config.map.max_wall_gap);
-        let prediction = MapPrediction::new(map, &reach);
+        let prediction = map.map(|map| MapPrediction::new(map, &reach));
         for report in &mut step.reports {
-            report.map = of_tmam.then(|| prediction.predict(&report.arc));
+            let predict = |prediction: &MapPrediction| prediction.predict(&report.arc);
+            report.map = prediction.as_ref().map(predict);
         }
         for observer in observers {
             observer.finish(&step)?;

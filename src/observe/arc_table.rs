@@ -186,7 +186,8 @@ impl<'a> ArcTable<'a> {
         let (arc, setting) = (&report.arc, self.setting);
         let joint = self.outcome.joint();
         let odometry = joint.and_then(|joint| joint.odom_from_sensor.get(&arc.id));
-        let residual = self.outcome.prediction.residual(arc);
+        let prediction = self.outcome.prediction.as_ref();
+        let residual = prediction.and_then(|prediction| prediction.residual(arc));
         let cause = self.causes.get(arc.id.sonar.index());
         TableRow {
             log: self.drive,

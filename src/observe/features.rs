@@ -252,7 +252,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
         source: setting.source,
         config: setting.config,
         counts: Counts {
-            suspects: Some(outcome.suspects),
+            suspects: outcome.suspects,
             associated_readings: Some(outcome.associated_readings),
             ..Counts::new(outcome)
         },

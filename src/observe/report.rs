@@ -157,7 +157,8 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     rows.extend(Some(("dropped", dropped, counted(&tally.dropped))).filter(told));
     rows.push(("arcs", arcs, labels));
     rows.extend(Some(("", unidentified, reasons)).filter(told));
-    rows.extend(Some(("suspects", outcome.suspects, suspects.to_owned())).filter(told));
+    let count = outcome.suspects.unwrap_or_default();
+    rows.extend(Some(("suspects", count, suspects.to_owned())).filter(told));
     rows.into_iter().for_each(|row| tell(&mut text, row));
     text.push_str(method(setting.config.method));
     let from = match outcome.variance_from {
@@ -183,10 +184,9 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     for row in [features(outcome), map(setting, outcome)] {
         tell(&mut text, row);
     }
-    if setting.config.method != Method::Tmam {
+    let Some(bits) = Bits::of(outcome) else {
         return text;
-    }
-    let bits = Bits::of(outcome);
+    };
     if let (Some(share), Some(per_arc)) = (bits.explained_share(), bits.per_arc()) {
         let what = format!(
             "of the arcs ({:.1} %) by the map, in {per_arc:.2} bits an arc",

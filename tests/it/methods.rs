@@ -152,6 +152,50 @@ fn features_without_covariance_say_so_and_what_is_tmams_is_off() {
 }
 
 #[test]
+fn what_a_rival_does_not_know_is_not_called_nothing() {
+    let bench = Bench::new();
+    bench.sh("tmam simulate -o log.mcap --noise 0.003");
+    let json = |command: &str| -> Value {
+        let run = bench.sh(command);
+        serde_json::from_str(&run.stdout).unwrap_or_else(|_| panic!("{}", run.stderr))
+    };
+    bench.put(
+        "suite.toml",
+        "[require]\nexplained = '>= 0.9'\nsuspects = '<= 9'\nwalls = '>= 1'\n",
+    );
+    bench.put("tmam.toml", "method = 'tbf'\n");
+    let check = "tmam check log.mcap --config tmam.toml --golden golden --suite suite.toml";
+    bench.sh(&format!("{check} --bless"));
+    let run = bench.sh(check);
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    for told in [
+        "explained -, ",
+        "suspects -, ",
+        "explained is not known, as only TMAM's map says what should have echoed, and >= 0.9 is required",
+        "suspects is not known, as only TMAM's map",
+    ] {
+        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    }
+    let diff = json("tmam diff log.mcap --method-a tmam --method-b tbf --json");
+    let quality = &diff["quality"];
+    assert!(quality["a"]["explained"].is_number() && quality["a"]["suspects"].is_number());
+    assert!(quality["b"].get("explained").is_none() && quality["b"].get("suspects").is_none());
+    let sweep = json("tmam sweep log.mcap --method tbf --step 0.1,0.2 --json");
+    for cell in sweep["cells"].as_array().unwrap() {
+        let scores = &cell["scores"];
+        for unknown in ["bits", "explained_share", "suspects"] {
+            assert!(scores[unknown].is_null(), "{cell}");
+        }
+        assert!(scores["lines"].is_number(), "{cell}");
+    }
+    let scores = json("tmam evaluate log.mcap --method tbf --json");
+    assert!(scores["suspects"].is_null() && scores["labels"].is_object());
+    bench.sh("tmam replay log.mcap --method tbf --no-recording --features out.json");
+    let out: Value = serde_json::from_slice(&bench.bytes("out.json")).unwrap();
+    assert!(out["counts"].get("suspects").is_none());
+}
+
+#[test]
 fn two_methods_are_compared_on_one_log() {
     let bench = Bench::new();
     bench.sh("tmam simulate -o log.mcap --noise 0.003");

@@ -143,8 +143,8 @@ impl Standing {
             of_kind.count() as u64
         };
         Self {
-            bits: Bits::of(outcome),
-            suspects: outcome.suspects,
+            bits: Bits::of(outcome).unwrap_or_default(),
+            suspects: outcome.suspects.unwrap_or_default(),
             map: [confirmed(Kind::Line), confirmed(Kind::Point)],
         }
     }
@@ -257,7 +257,7 @@ impl Searcher<'_> {
         change.apply_clocks(&mut config);
         let replay = Replay::new(&log, &config).ok()?;
         let outcome = replay.run(&mut []).ok()?;
-        self.work += Bits::of(&outcome).arcs;
+        self.work += outcome.reports.len() as u64;
         Some(of(&replay, &outcome))
     }
 

@@ -29,8 +29,8 @@ pub struct Outcome {
     pub labels: BTreeMap<&'static str, u64>,
     /// Unidentified arcs by reason.
     pub reasons: BTreeMap<&'static str, u64>,
-    /// Labels that the map prediction or a hypothesis test contradicts.
-    pub suspects: u64,
+    /// Labels that the map prediction or a hypothesis test contradicts; `None` where no map predicts.
+    pub suspects: Option<u64>,
     /// How far the ranges of each sonar scatter.
     pub scattering: NoiseEstimator,
     /// Where their variance comes from.
@@ -43,8 +43,9 @@ pub struct Outcome {
     pub map: Vec<MapFeature>,
     /// Every arc by frame and sonar, with all that is known of it.
     pub reports: Vec<ArcReport>,
-    /// What should have echoed by the map that the noise-aware rule makes of the log.
-    pub prediction: MapPrediction,
+    /// What should have echoed by the map that the noise-aware rule makes of the log; `None` by other methods,
+    /// whose maps do not say that.
+    pub prediction: Option<MapPrediction>,
     /// Poses and features estimated together, or why the poses stay those of odometry; `None` where that
     /// was asked for.
     pub poses: Option<Result<JointEstimate, OdometryKept>>,
@@ -94,20 +95,21 @@ impl Outcome {
         &mut self,
         step: Step,
         map: &[MapFeature],
-        prediction: MapPrediction,
+        prediction: Option<MapPrediction>,
         poses: Option<Result<JointEstimate, OdometryKept>>,
     ) {
         self.extractions.extend(step.extractions);
         self.associated_readings = associated(&self.extractions);
         self.poses = poses;
         self.map = self.joint().map_or(map, |joint| &joint.features).to_vec();
+        let suspects = || step.reports.iter().filter(|report| report.is_suspect());
+        self.suspects = (prediction.as_ref()).map(|_| suspects().count() as u64);
         self.prediction = prediction;
         for report in &step.reports {
             *self.labels.entry(report.label.name()).or_default() += 1;
             if let Some(reason) = report.label.reason() {
                 *self.reasons.entry(reason.name()).or_default() += 1;
             }
-            self.suspects += u64::from(report.is_suspect());
         }
         self.reports = step.reports;
     }

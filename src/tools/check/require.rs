@@ -148,9 +148,19 @@ impl Requirement {
             Some(value) if (self.is_met)(value, self.limit) => None,
             Some(value) => Some(format!("{measure} is {value}, and {bound} is required")),
             None => Some(format!(
-                "{measure} is not known, as the log carries no truth, and {bound} is required"
+                "{measure} is not known, as {}, and {bound} is required",
+                unknown_since(measure, quality)
             )),
         }
+    }
+}
+
+/// Why a measure has no value.
+fn unknown_since(measure: &str, quality: &Quality) -> &'static str {
+    match measure {
+        "suspects" | "explained" => "only TMAM's map says what should have echoed",
+        _ if quality.wrong_labels.is_none() => "the log carries no truth",
+        _ => "no feature has a covariance and a match",
     }
 }
 
@@ -164,7 +174,7 @@ mod tests {
         let requirements = Requirements::parse(text).unwrap();
         let quality = Quality {
             walls: 4,
-            explained: 0.8,
+            explained: Some(0.8),
             ..Quality::default()
         };
         let missed = |log| requirements.missed(log, &quality);

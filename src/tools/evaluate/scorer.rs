@@ -22,8 +22,9 @@ use crate::core::tmam::step::Extraction;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
     pub labels: LabelScore,
-    /// Its doubts about its labels.
-    pub suspects: SuspectScore,
+    /// Its doubts about its labels, where a map predicts them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub suspects: Option<SuspectScore>,
     /// What was extracted from single runs.
     pub extracted: Extractions,
     /// Its whole map.
@@ -71,7 +72,7 @@ impl Evaluation {
         let extracted = echoes.extracted(&outcome.extractions);
         Self {
             labels: LabelScore::new(&arcs),
-            suspects: SuspectScore::new(&arcs),
+            suspects: (outcome.suspects).map(|_| SuspectScore::new(&arcs)),
             extracted: Extractions {
                 lines: ExtractedScore::new(Kind::Line, &extracted, truth),
                 points: ExtractedScore::new(Kind::Point, &extracted, truth),

@@ -24,7 +24,9 @@ pub fn text(setting: &Setting<'_>, truth: &Truth, evaluation: &Evaluation) -> St
         "LABELS (arcs by what echoed)",
         &labels(&evaluation.labels),
     );
-    section(&mut text, "SUSPECTS", &suspects(&evaluation.suspects));
+    if let Some(score) = &evaluation.suspects {
+        section(&mut text, "SUSPECTS", &suspects(score));
+    }
     if let Some(path) = &evaluation.path {
         section(&mut text, "PATH", &self::path(path));
     }

@@ -109,7 +109,7 @@ impl Explained {
     pub fn new(outcome: &Outcome) -> Self {
         let score = Score::new(outcome, None);
         Self {
-            share: fraction(score.explained, score.arcs),
+            share: fraction(score.explained.unwrap_or_default(), score.arcs),
             bits: score.bits.unwrap_or(f64::INFINITY),
         }
     }

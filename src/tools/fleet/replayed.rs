@@ -1,7 +1,6 @@
 //! What a table says of a log that was replayed, and of one that was held against the truth.
 
 use super::{Summary, off};
-use crate::core::config::Method;
 use crate::core::exit::Exit;
 use crate::core::observer::Setting;
 use crate::core::pattern::is_chosen;
@@ -25,8 +24,6 @@ pub struct Replayed {
     pub causes: Option<Vec<CauseTold>>,
     /// The stretch in which something was off.
     pub stretch: Option<Stretch>,
-    /// Whether a map predicts labels: TMAM's does.
-    pub predicts: bool,
 }
 
 impl Replayed {
@@ -48,7 +45,6 @@ impl Replayed {
             score: Score::new(outcome, truth),
             causes: outcome.causes.clone(),
             stretch: outcome.stretch,
-            predicts: setting.config.method == Method::Tmam,
         }
     }
 
@@ -61,10 +57,12 @@ impl Replayed {
             percent(share(of.score.labelled(), of.score.arcs))
         }),
         ("suspects", &|of| {
-            of.predicted(|score| score.suspects.to_string())
+            let suspects = of.score.suspects;
+            suspects.map_or_else(|| "-".to_owned(), |count| count.to_string())
         }),
         ("explained\n%", &|of| {
-            of.predicted(|score| percent(share(score.explained, score.arcs)))
+            let explained = of.score.explained;
+            percent(explained.and_then(|explained| share(explained, of.score.arcs)))
         }),
         ("map", &|of| (of.score.lines + of.score.points).to_string()),
         ("what is off", &|of| {
@@ -86,13 +84,6 @@ impl Replayed {
         ("twice", &|of| of.truth(|truth| truth.twice)),
     ];
 
-    fn predicted(&self, of: fn(&Score) -> String) -> String {
-        match self.predicts {
-            true => of(&self.score),
-            false => "-".to_owned(),
-        }
-    }
-
     fn truth(&self, of: fn(&TruthScore) -> u64) -> String {
         let truth = self.score.truth.as_ref();
         truth.map_or_else(|| "-".to_owned(), |truth| of(truth).to_string())
@@ -113,8 +104,8 @@ impl Summary for Replayed {
             return [truth.map_errors() as f64, wrong, 0.0];
         }
         let causes = self.causes.as_ref().map_or(0, Vec::len) + usize::from(self.stretch.is_some());
-        let suspects = fraction(score.suspects, score.labelled());
-        let explained = fraction(score.explained, score.arcs);
+        let suspects = fraction(score.suspects.unwrap_or_default(), score.labelled());
+        let explained = fraction(score.explained.unwrap_or_default(), score.arcs);
         [causes as f64, suspects, -explained]
     }
 

@@ -18,10 +18,13 @@ pub struct Quality {
     pub arcs: u64,
     /// Arcs with a label.
     pub labelled: u64,
-    /// Labels that the map or the readings contradict.
-    pub suspects: u64,
-    /// Share of the arcs that the map explains.
-    pub explained: f64,
+    /// Labels that the map or the readings contradict; not known by other methods than TMAM, whose maps do not
+    /// say what should have echoed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub suspects: Option<u64>,
+    /// Share of the arcs that the map explains; known as the suspects are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explained: Option<f64>,
     /// Share of the labels that are wrong, where the log carries the truth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wrong_labels: Option<f64>,
@@ -66,10 +69,10 @@ impl Quality {
         Self {
             walls,
             points,
-            arcs: bits.arcs,
+            arcs: outcome.reports.len() as u64,
             labelled: labelled.count() as u64,
             suspects: outcome.suspects,
-            explained: micro(fraction(bits.explained, bits.arcs)),
+            explained: bits.map(|bits| micro(fraction(bits.explained, bits.arcs))),
             wrong_labels: None,
             nees: None,
         }
@@ -92,8 +95,11 @@ impl Quality {
             points: sum(|one| one.points),
             arcs: sum(|one| one.arcs),
             labelled: sum(|one| one.labelled),
-            suspects: sum(|one| one.suspects),
-            explained: weighted(|one| one.arcs, |one| Some(one.explained)).unwrap_or_default(),
+            suspects: all
+                .iter()
+                .filter_map(|one| one.suspects)
+                .reduce(|a, b| a + b),
+            explained: weighted(|one| one.arcs, |one| one.explained),
             wrong_labels: weighted(|one| one.labelled, |one| one.wrong_labels),
             nees: weighted(|one| one.walls + one.points, |one| one.nees),
         }
@@ -104,12 +110,15 @@ impl Quality {
         /// Shares that change by less are as they were.
         const SHARE: f64 = 0.005;
         let labels = |of: &Self| fraction(of.labelled, of.arcs);
-        let suspects = |of: &Self| fraction(of.suspects, of.labelled);
+        let suspects = |of: &Self| Some(fraction(of.suspects?, of.labelled));
+        let fall = |then: Option<f64>, now: Option<f64>| {
+            then.zip(now).map_or(0.0, |(then, now)| then - now)
+        };
         let gains = [
-            self.explained - before.explained,
+            fall(self.explained, before.explained),
             labels(self) - labels(before),
-            suspects(before) - suspects(self),
-            (before.wrong_labels.zip(self.wrong_labels)).map_or(0.0, |(then, now)| then - now),
+            fall(suspects(before), suspects(self)),
+            fall(before.wrong_labels, self.wrong_labels),
         ];
         let better = gains.iter().any(|gain| *gain >= SHARE);
         let worse = gains.iter().any(|gain| *gain <= -SHARE);
@@ -129,8 +138,8 @@ impl Quality {
             ("points", count(self.points)),
             ("arcs", count(self.arcs)),
             ("labelled", count(self.labelled)),
-            ("suspects", count(self.suspects)),
-            ("explained", Some(self.explained)),
+            ("suspects", self.suspects.and_then(count)),
+            ("explained", self.explained),
             ("wrong_labels", self.wrong_labels),
             ("nees", self.nees),
         ]
@@ -138,14 +147,16 @@ impl Quality {
 
     /// As columns of a table: walls, points, labels, suspects, explained; and wrong labels.
     pub fn columns(&self) -> [String; 6] {
-        let percent = |share: f64| format!("{:.1} %", share * 100.0);
+        let none = || "-".to_owned();
+        let percent =
+            |share: Option<f64>| share.map_or_else(none, |share| format!("{:.1} %", share * 100.0));
         [
             self.walls.to_string(),
             self.points.to_string(),
             format!("{} of {}", self.labelled, self.arcs),
-            self.suspects.to_string(),
+            self.suspects.map_or_else(none, |count| count.to_string()),
             percent(self.explained),
-            self.wrong_labels.map_or_else(|| "-".to_owned(), percent),
+            percent(self.wrong_labels),
         ]
     }
 }

@@ -81,17 +81,17 @@ const OF_TRUTH: &[Column] = &[
 const ALWAYS: &[Column] = &[
     column("bits", "bits", Low, NUMBER, |s| s.bits),
     column("explained_share", "explained %", High, PERCENT, |s| {
-        share(s.explained, s.arcs)
+        share(s.explained?, s.arcs)
     }),
     column("chi2", "chi2", Low, NUMBER, |s| s.chi2),
     column("labelled_share", "labelled %", High, PERCENT, |s| {
         share(s.labelled(), s.arcs)
     }),
     column("suspect_share", "suspect %", Low, PERCENT, |s| {
-        share(s.suspects, s.labelled())
+        share(s.suspects?, s.labelled())
     }),
     column("sound_share", "", High, PERCENT, |s| {
-        let sound = s.labelled() as f64 - 2.0 * s.suspects as f64;
+        let sound = s.labelled() as f64 - 2.0 * s.suspects? as f64;
         (s.arcs > 0).then(|| sound / s.arcs as f64)
     }),
     column("lines", "lines", Low, COUNT, |s| count(s.lines)),
@@ -101,7 +101,7 @@ const ALWAYS: &[Column] = &[
     column("arcs", "", High, COUNT, |s| count(s.arcs)),
     column("contact", "", High, COUNT, |s| count(s.contact)),
     column("intersection", "", High, COUNT, |s| count(s.intersection)),
-    column("suspects", "", Low, COUNT, |s| count(s.suspects)),
+    column("suspects", "", Low, COUNT, |s| count(s.suspects?)),
 ];
 
 /// The columns that a sweep has.

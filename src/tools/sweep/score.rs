@@ -19,16 +19,16 @@ pub struct Score {
     pub contact: u64,
     /// Arcs labelled intersection.
     pub intersection: u64,
-    /// Labels that the map prediction or a hypothesis test contradicts.
-    pub suspects: u64,
+    /// Labels that the map prediction or a hypothesis test contradicts; `None` where no map predicts.
+    pub suspects: Option<u64>,
     /// Confirmed lines of the map.
     pub lines: u64,
     /// Confirmed points of the map.
     pub points: u64,
     /// Root mean square of what the fits of single runs leave, metres; `None` without a run.
     pub rms: Option<f64>,
-    /// Arcs that the noise-aware map explains.
-    pub explained: u64,
+    /// Arcs that the noise-aware map explains; `None` where no map predicts.
+    pub explained: Option<u64>,
     /// Mean square of their misfits in standard deviations.
     pub chi2: Option<f64>,
     /// Bits that an arc takes, given the noise-aware map, and that the map takes per arc.
@@ -99,16 +99,16 @@ impl Score {
         }
         Self {
             frames: outcome.frames.into(),
-            arcs: known.arcs,
+            arcs: outcome.reports.len() as u64,
             contact: outcome.labelled("contact"),
             intersection: outcome.labelled("intersection"),
             suspects: outcome.suspects,
             lines: confirmed(Kind::Line),
             points: confirmed(Kind::Point),
             rms: mean(squares, readings).map(f64::sqrt),
-            explained: known.explained,
-            chi2: mean(known.chi2, known.explained),
-            bits: known.per_arc(),
+            explained: known.map(|known| known.explained),
+            chi2: known.and_then(|known| mean(known.chi2, known.explained)),
+            bits: known.as_ref().and_then(Bits::per_arc),
             truth,
         }
     }

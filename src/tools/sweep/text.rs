@@ -137,9 +137,18 @@ pub fn problems(sweep: &Sweep) -> String {
 /// The best cell as flags, its lead over what is configured, and whether a better one may lie outside
 /// the grid.
 pub fn conclusion(sweep: &Sweep) -> String {
-    let Some((cell, _)) = sweep.best() else {
+    let Some((cell, best)) = sweep.best() else {
         return String::new();
     };
+    if sweep
+        .ranked_by
+        .iter()
+        .all(|column| (column.of)(best).is_none())
+    {
+        return "Nothing ranks these cells: only TMAM's map says what should have echoed. --truth WORLD.json, or \
+                --sort by what is counted, does.\n"
+            .to_owned();
+    }
     if sweep.is_flat() {
         return "All cells are alike: nothing that was swept makes a difference here.\n".to_owned();
     }

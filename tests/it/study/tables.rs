@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use tmam_replay::tools::evaluate::Evaluation;
 use tmam_replay::tools::evaluate::map::{KindScore, MapScore};
 use tmam_replay::tools::evaluate::matching::Nees;
+use tmam_replay::tools::evaluate::suspects::SuspectScore;
 
 use super::drives::Case;
 use super::table_one;
@@ -310,32 +311,36 @@ fn labels(rows: &[Row]) -> String {
                 share(r, &|e| e.labels.intersection.arcs.point, &points)
             }),
             ("wrong found by suspects %", &|r| {
-                share(r, &|e| e.suspects.configured.wrong_found, &|e| {
-                    e.suspects.wrong
+                share(r, &|e| suspects(e).configured.wrong_found, &|e| {
+                    suspects(e).wrong
                 })
             }),
             ("right suspected %", &|r| {
-                share(r, &|e| e.suspects.configured.right_accused, &|e| {
-                    e.suspects.right
+                share(r, &|e| suspects(e).configured.right_accused, &|e| {
+                    suspects(e).right
                 })
             }),
         ],
     )
 }
 
+fn suspects(evaluation: &Evaluation) -> &SuspectScore {
+    (evaluation.suspects.as_ref()).expect("the study is of TMAM, whose map predicts labels")
+}
+
 fn gates(rows: &[Row]) -> String {
     let at = |place: usize| {
         move |runs: &[Evaluation]| {
-            let gate = |e: &Evaluation| e.suspects.gates[place].score;
+            let gate = |e: &Evaluation| suspects(e).gates[place].score;
             format!(
                 "{} / {}",
                 percent(
                     sum(runs, |e| gate(e).wrong_found),
-                    sum(runs, |e| e.suspects.wrong)
+                    sum(runs, |e| suspects(e).wrong)
                 ),
                 percent(
                     sum(runs, |e| gate(e).right_accused),
-                    sum(runs, |e| e.suspects.right)
+                    sum(runs, |e| suspects(e).right)
                 ),
             )
         }
