@@ -135,15 +135,23 @@ pub fn causes(found: &[Finding]) -> Vec<CauseTold> {
             .map(|key| key.replacen(" = ", "=", 1))
             .collect();
         let share = |of: Explained| fixed(100.0 * of.share, 1);
+        // Without an arc there are none.
+        let bits = |from: Explained, to: Explained| match from.bits.is_finite() {
+            true => format!(
+                ", bits from {} to {}",
+                fixed(from.bits, 2),
+                fixed(to.bits, 2)
+            ),
+            false => String::new(),
+        };
         CauseTold {
             text: format!(
-                "{}: with {} explained goes from {} to {} %, bits from {} to {}",
+                "{}: with {} explained goes from {} to {} %{}",
                 one_line(&finding.what),
                 settings.join(", "),
                 share(without),
                 share(tried.with),
-                fixed(without.bits, 2),
-                fixed(tried.with.bits, 2)
+                bits(without, tried.with)
             ),
             settings,
             sonar: None,

@@ -654,3 +654,24 @@ fn which(sonars: &[&Named<'_>]) -> String {
         _ => format!("{} ({})", counted(names.len() as u64, "sonar"), few(&names)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mounts_are_laid_as_is_said() {
+        let mount = Pose2::new(0.1, 0.2, 0.5);
+        let near = |lie, [x, y, yaw]: [f64; 3]| {
+            let found = lain(mount, lie);
+            let off = [found.x - x, found.y - y, found.yaw - yaw];
+            assert!(off.iter().all(|off| off.abs() < 1e-12), "{lie:?} {found:?}");
+        };
+        near(MountsLie::AsSaid, [0.1, 0.2, 0.5]);
+        near(MountsLie::Outward, [0.1, 0.2, libm::atan2(0.2, 0.1)]);
+        near(MountsLie::Mirrored, [0.1, -0.2, -0.5]);
+        near(MountsLie::TurnedLeft, [-0.2, 0.1, 0.5 + FRAC_PI_2]);
+        near(MountsLie::TurnedRight, [0.2, -0.1, 0.5 - FRAC_PI_2]);
+        near(MountsLie::TurnedRound, [-0.1, -0.2, 0.5 - PI]);
+    }
+}

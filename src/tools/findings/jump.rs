@@ -3,6 +3,7 @@
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
+use super::laid::from_speeds;
 use super::poses;
 use crate::core::rounding::fixed;
 use crate::core::statistics::seconds;
@@ -57,7 +58,8 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         )
     };
     let by = if jumps.len() == 1 { "by" } else { "by up to" };
-    let keys = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
+    let ways = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
+    let keys = [ways.as_slice(), &[from_speeds()]].concat();
     let tried = of.best(&keys);
     Some(Finding::new(
         Weight::Serious,

@@ -67,7 +67,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             .chain(scaled)
             .collect::<Vec<_>>(),
     );
-    if tried.is_none() && !first.limits_are_senseless() {
+    if tried.is_none() && first.echoes > 0 && !first.limits_are_senseless() {
         return None;
     }
     Some(

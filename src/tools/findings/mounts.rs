@@ -121,3 +121,29 @@ pub fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
     }
     beside >= 20 && fraction(alike, beside) > MOST
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn raw_and_filtered_ranges_are_alike_whichever_comes_first() {
+        let reading = |k: i64, sonar: u16| RangeReading {
+            stamp_ns: k * 500_000_000 + i64::from(sonar) * 5_000_000,
+            sonar: SonarId(sonar),
+            range: 1.0 + 0.05 * k as f64,
+            min_range: 0.1,
+            max_range: 9.0,
+            beam_width: 0.4,
+            variance: 0.0,
+        };
+        let events = Events {
+            readings: (0..40)
+                .flat_map(|k| [reading(k, 0), reading(k, 1)])
+                .collect(),
+            ..Events::default()
+        };
+        let (raw, filtered) = (SonarId(0), SonarId(1));
+        assert!(are_alike(&events, raw, filtered) && are_alike(&events, filtered, raw));
+    }
+}
