@@ -93,6 +93,19 @@ pub struct Evidence<'a> {
     pub arcs: &'a [Arc],
 }
 
+impl Evidence<'_> {
+    /// That of the first frames.
+    pub fn until(&self, frames: usize) -> Self {
+        let frames = self.frames.get(..frames).unwrap_or(self.frames);
+        let last = frames.last().map(|frame| frame.index);
+        let arcs = (self.arcs).partition_point(|arc| Some(arc.id.frame) <= last);
+        Self {
+            frames,
+            arcs: self.arcs.get(..arcs).unwrap_or(self.arcs),
+        }
+    }
+}
+
 /// Poses and features that fit the ranges and odometry together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointEstimate {
@@ -223,7 +236,7 @@ pub fn estimate(
     }
     let before = match start {
         Some(start) => start.explained[0],
-        None => explained(map, evidence.arcs, &Reach::of(config.map.max_wall_gap)),
+        None => explained(map, evidence.arcs, config),
     };
     let Settled {
         solved,
@@ -249,11 +262,7 @@ pub fn estimate(
     path.covariances = covariances.own;
     let features_given_path = association.features;
     let arcs = solver.corrected(&path, 1.0);
-    let after = explained(
-        &features_given_path,
-        &arcs,
-        &Reach::of(config.map.max_wall_gap),
-    );
+    let after = explained(&features_given_path, &arcs, config);
     if after < LEAST_EXPLAINED {
         return Err(OdometryKept::LittleExplained(after));
     }
@@ -290,8 +299,9 @@ fn given(found: Drift, config: &Config) -> Drift {
 }
 
 /// The share of arcs that a map explains.
-fn explained(map: &[MapFeature], arcs: &[Arc], reach: &Reach) -> f64 {
-    let prediction = MapPrediction::new(map, reach);
+pub fn explained(map: &[MapFeature], arcs: &[Arc], config: &Config) -> f64 {
+    let reach = Reach::of(config.map.max_wall_gap);
+    let prediction = MapPrediction::new(map, &reach);
     let explained = arcs
         .iter()
         .filter(|arc| !prediction.associate(arc).all().is_empty());
@@ -323,7 +333,7 @@ impl<'a> Solver<'a> {
         start: Option<&JointEstimate>,
     ) -> Option<Settled> {
         let (poses, scales) = match start {
-            Some(start) => (start.path.world_from_robot.clone(), start.scales.into()),
+            Some(start) => (start.path.at(&self.keys), start.scales.into()),
             None => {
                 let poses = self.keys.iter().map(|key| key.odom_from_robot);
                 (poses.collect(), Vector2::zeros())

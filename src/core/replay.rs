@@ -1,6 +1,7 @@
 //! Runs a log through the machine and shows every step to the observers.
 
 mod error;
+mod growing;
 mod outcome;
 mod stretch;
 
@@ -335,7 +336,7 @@ impl<'a> Replay<'a> {
 
     fn frames_at(&self, path: Option<&CorrectedPath>) -> Cow<'_, [Frame]> {
         match path {
-            Some(path) => Cow::Owned(path.frames(&self.frames)),
+            Some(path) => Cow::Owned(self.frames.iter().map(|frame| path.frame(frame)).collect()),
             None => Cow::Borrowed(self.frames.as_slice()),
         }
     }
@@ -355,7 +356,13 @@ impl<'a> Replay<'a> {
         };
         let steps = pass.steps.iter().chain([&pass.last]);
         let extractions: Vec<&Extraction> = steps.flat_map(|step| &step.extractions).collect();
-        joint::estimate(&evidence, &extractions, &pass.map, start, &self.config)
+        let found = joint::estimate(&evidence, &extractions, &pass.map, start, &self.config);
+        if let (Err(OdometryKept::TooMuch { .. }), None) = (&found, start) {
+            let mut grown = growing::grown(&evidence, growing::GROWN, &self.config)?;
+            grown.explained[0] = joint::explained(&pass.map, &arcs, &self.config);
+            return Ok(grown);
+        }
+        found
     }
 
     /// The rule whose map predicts what should have echoed, whichever rule labels.

@@ -69,6 +69,27 @@ pub struct Simulation {
     pub seed: u64,
 }
 
+/// The paper's room in its steps, without noise.
+impl Default for Simulation {
+    fn default() -> Self {
+        Self {
+            world: World::room(),
+            diffuse: 0.0,
+            path: Path::room(),
+            motion: Motion::Stepwise(Stepwise::default()),
+            ring: Ring::default(),
+            range_noise: RangeNoise::default(),
+            false_echoes: FalseEchoes::default(),
+            odometry_noise: OdometryNoise::default(),
+            untold: Untold::default(),
+            late: None,
+            silent: Vec::new(),
+            without_truth: false,
+            seed: 1,
+        }
+    }
+}
+
 impl Simulation {
     /// Drives the path and writes the log; gives the output back.
     pub fn write<W: Write + Seek>(&self, output: W) -> Result<W, SimulateError> {

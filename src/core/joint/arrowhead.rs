@@ -24,10 +24,14 @@ struct PoseRows {
     diagonal: Matrix3<f64>,
     /// With the pose after it.
     next: Matrix3<f64>,
-    /// With shared unknowns, by their places.
-    shared: Vec<(usize, Vector3<f64>)>,
+    /// With shared unknowns.
+    coupling: Coupling,
     gradient: Vector3<f64>,
 }
+
+/// What the rows of a pose have in the columns of shared unknowns, by their places.
+#[derive(Debug, Clone, Default)]
+struct Coupling(Vec<(usize, Vector3<f64>)>);
 
 /// What one residual says: its derivatives by the poses and shared unknowns that it depends on.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +54,7 @@ impl Arrowhead {
         let rows = PoseRows {
             diagonal: Matrix3::zeros(),
             next: Matrix3::zeros(),
-            shared: Vec::new(),
+            coupling: Coupling::default(),
             gradient: Vector3::zeros(),
         };
         let mut poses = vec![rows; poses];
@@ -82,7 +86,7 @@ impl Arrowhead {
                 pose.gradient += by_pose * (residual * information);
                 if *by_pose != Vector3::zeros() {
                     for (place, by) in by_shared {
-                        pose.shared.push((*place, by_pose * (by * information)));
+                        pose.coupling.add(*place, by_pose * (by * information));
                     }
                 }
             }
@@ -108,61 +112,76 @@ impl Arrowhead {
     }
 
     /// Eliminates the poses; `None` where they, or what is left, are not determined.
-    pub fn factor(&self) -> Option<Factor> {
+    pub fn factor(self) -> Option<Factor> {
         let chain = Chain::of(&self.poses)?;
-        let size = self.shared.nrows();
-        let coupling: Vec<Coupling> = self.poses.iter().map(PoseRows::coupling).collect();
-        let mut eliminated: Vec<Rows> = Vec::with_capacity(self.poses.len());
-        for (pose, coupling) in self.poses.iter().zip(&coupling) {
-            let mut rows = Rows::zeros(size + 1);
-            for (place, by) in coupling {
-                rows.add(*place, by);
-            }
-            rows.add(size, &pose.gradient);
-            eliminated.push(rows);
-        }
+        // `A^-1 B`, of each pose only the columns that a pose up to it couples with: the upper triangle asks
+        // for no others, and neither way along the chain brings in any.
+        let mut width = 0;
+        let rows = self.poses.iter().map(|pose| {
+            width = width.max(pose.coupling.width());
+            pose.coupling.rows(width)
+        });
+        let mut eliminated: Vec<Rows> = rows.collect();
         chain.solve(&mut eliminated);
+        let mut alone: Vec<Vector3<f64>> = self.poses.iter().map(|pose| pose.gradient).collect();
+        chain.solve(&mut alone);
         // C - B^T A^-1 B by its upper triangle, the gradient beside it.
-        let mut complement = self.shared.clone();
-        let mut right = self.shared_gradient.clone();
-        for (rows, coupling) in eliminated.iter().zip(&coupling) {
-            for (place, by) in coupling {
+        let mut complement = self.shared;
+        let mut right = self.shared_gradient;
+        for ((rows, alone), pose) in eliminated.iter().zip(&alone).zip(&self.poses) {
+            for (place, by) in &pose.coupling.0 {
                 let mut column = complement.column_mut(*place);
                 let column = column.as_mut_slice().iter_mut().take(place + 1);
                 for (entry, of) in column.zip(rows.columns()) {
                     *entry -= by.dot(&of);
                 }
-                if let (Some(entry), Some(of)) = (right.get_mut(*place), rows.column(size)) {
-                    *entry -= by.dot(&of);
+                if let Some(entry) = right.get_mut(*place) {
+                    *entry -= by.dot(alone);
                 }
             }
         }
         Some(Factor {
             chain,
-            coupling,
-            eliminated,
+            poses: self.poses,
             complement: Cholesky::new(complement.transpose())?,
             right,
         })
     }
 }
 
-/// What the rows of a pose have in the columns of shared unknowns, by their places.
-type Coupling = Vec<(usize, Vector3<f64>)>;
-
-impl PoseRows {
-    /// One entry a place.
-    fn coupling(&self) -> Coupling {
-        let mut entries = self.shared.clone();
-        entries.sort_by_key(|(place, _)| *place);
-        entries.dedup_by(|(place, by), (known, sum)| {
-            let is_known = place == known;
-            if is_known {
-                *sum += *by;
+impl Coupling {
+    /// Adds to a column.
+    fn add(&mut self, place: usize, by: Vector3<f64>) {
+        match self.0.binary_search_by_key(&place, |(place, _)| *place) {
+            Ok(at) => {
+                if let Some((_, sum)) = self.0.get_mut(at) {
+                    *sum += by;
+                }
             }
-            is_known
-        });
-        entries
+            Err(at) => self.0.insert(at, (place, by)),
+        }
+    }
+
+    /// Columns up to the last that is not zero.
+    fn width(&self) -> usize {
+        self.0.last().map_or(0, |(place, _)| place + 1)
+    }
+
+    /// So many columns, the others of which are zero.
+    fn rows(&self, columns: usize) -> Rows {
+        let mut rows = Rows::zeros(columns);
+        for (place, by) in &self.0 {
+            rows.add(*place, by);
+        }
+        rows
+    }
+
+    /// The sum of these columns times a value each.
+    fn times(&self, values: &[f64]) -> Vector3<f64> {
+        let columns = self.0.iter();
+        columns.fold(Vector3::zeros(), |sum, (place, by)| {
+            sum + by * values.get(*place).copied().unwrap_or_default()
+        })
     }
 }
 
@@ -203,15 +222,15 @@ impl Chain {
     }
 
     /// `A^-1` times rows, three of them a pose.
-    fn solve(&self, rows: &mut [Rows]) {
-        let mut before: Option<&Rows> = None;
+    fn solve<R: Block>(&self, rows: &mut [R]) {
+        let mut before: Option<&R> = None;
         for (rows, link) in rows.iter_mut().zip(&self.0) {
             if let Some(before) = before {
                 rows.subtract(&link.gain, before);
             }
             before = Some(rows);
         }
-        let mut after: Option<(&Rows, &Link)> = None;
+        let mut after: Option<(&R, &Link)> = None;
         for (rows, link) in rows.iter_mut().zip(&self.0).rev() {
             rows.transform(&link.inverse);
             if let Some((after, link)) = after {
@@ -219,6 +238,24 @@ impl Chain {
             }
             after = Some((rows, link));
         }
+    }
+}
+
+/// The three rows of one pose.
+trait Block {
+    /// Subtracts `matrix` times another's.
+    fn subtract(&mut self, matrix: &Matrix3<f64>, other: &Self);
+    /// Multiplies by `matrix` from the left.
+    fn transform(&mut self, matrix: &Matrix3<f64>);
+}
+
+impl Block for Vector3<f64> {
+    fn subtract(&mut self, matrix: &Matrix3<f64>, other: &Self) {
+        *self -= matrix * other;
+    }
+
+    fn transform(&mut self, matrix: &Matrix3<f64>) {
+        *self = matrix * *self;
     }
 }
 
@@ -230,11 +267,6 @@ impl Rows {
     fn zeros(columns: usize) -> Self {
         let row = || vec![0.0; columns];
         Self([row(), row(), row()])
-    }
-
-    fn column(&self, place: usize) -> Option<Vector3<f64>> {
-        let [x, y, z] = &self.0;
-        Some(Vector3::new(*x.get(place)?, *y.get(place)?, *z.get(place)?))
     }
 
     fn columns(&self) -> impl Iterator<Item = Vector3<f64>> {
@@ -266,7 +298,15 @@ impl Rows {
         }
     }
 
-    /// Subtracts `matrix` times other rows.
+    /// The rows times those of another pose.
+    fn dot(&self, other: &Self) -> Matrix3<f64> {
+        let pairs = self.columns().zip(other.columns());
+        pairs.fold(Matrix3::zeros(), |sum, (a, b)| sum + a * b.transpose())
+    }
+}
+
+/// Columns that the other has and these do not are left out, and so are those that only these have.
+impl Block for Rows {
     fn subtract(&mut self, matrix: &Matrix3<f64>, other: &Self) {
         for ([x, y, z], column) in self.columns_mut().zip(other.columns()) {
             let product = matrix * column;
@@ -276,18 +316,11 @@ impl Rows {
         }
     }
 
-    /// Multiplies by `matrix` from the left.
     fn transform(&mut self, matrix: &Matrix3<f64>) {
         for [x, y, z] in self.columns_mut() {
             let product = matrix * Vector3::new(*x, *y, *z);
             (*x, *y, *z) = (product.x, product.y, product.z);
         }
-    }
-
-    /// The rows times those of another pose.
-    fn dot(&self, other: &Self) -> Matrix3<f64> {
-        let pairs = self.columns().zip(other.columns());
-        pairs.fold(Matrix3::zeros(), |sum, (a, b)| sum + a * b.transpose())
     }
 }
 
@@ -295,9 +328,7 @@ impl Rows {
 #[derive(Debug, Clone)]
 pub struct Factor {
     chain: Chain,
-    coupling: Vec<Coupling>,
-    /// `A^-1 (B g)`: how the poses follow the shared unknowns, and where they are if those stay.
-    eliminated: Vec<Rows>,
+    poses: Vec<PoseRows>,
     complement: Cholesky<f64, Dyn>,
     right: DVector<f64>,
 }
@@ -322,15 +353,12 @@ impl Factor {
     /// The unknowns that the residuals ask for.
     pub fn solution(&self) -> Solution {
         let shared = self.complement.solve(&self.right);
-        let poses = self.eliminated.iter().map(|rows| {
-            let alone = rows.column(shared.len()).unwrap_or_default();
-            let columns = rows.columns().zip(shared.iter());
-            columns.fold(alone, |step, (column, value)| step - column * *value)
-        });
-        Solution {
-            poses: poses.collect(),
-            shared,
-        }
+        let poses = self.poses.iter();
+        let mut poses: Vec<Vector3<f64>> = poses
+            .map(|pose| pose.gradient - pose.coupling.times(shared.as_slice()))
+            .collect();
+        self.chain.solve(&mut poses);
+        Solution { poses, shared }
     }
 
     /// Logarithm of the determinant of the normal equations.
@@ -348,19 +376,26 @@ impl Factor {
 
     /// The covariances of the poses, of which the first has none.
     pub fn pose_covariances(&self, shared: &DMatrix<f64>) -> PoseCovariances {
-        // A^-1 B times the covariance of the shared unknowns: of the poses with these, but for the sign.
-        let with_shared = |coupling: &Coupling| {
+        // How the poses follow the shared unknowns, A^-1 B, and that times the covariance of these: of the
+        // poses with them, but for the sign.
+        let poses = self.poses.iter();
+        let mut eliminated: Vec<Rows> = poses
+            .clone()
+            .map(|pose| pose.coupling.rows(shared.ncols()))
+            .collect();
+        self.chain.solve(&mut eliminated);
+        let with_shared = |pose: &PoseRows| {
             let mut rows = Rows::zeros(shared.ncols());
-            for (place, by) in coupling {
+            for (place, by) in &pose.coupling.0 {
                 rows.add_product(by, shared.column(*place).as_slice());
             }
             rows
         };
-        let mut with_shared: Vec<Rows> = self.coupling.iter().map(with_shared).collect();
+        let mut with_shared: Vec<Rows> = poses.map(with_shared).collect();
         self.chain.solve(&mut with_shared);
         let mut found = PoseCovariances::default();
         let mut after: Option<(&Link, &Rows, Matrix3<f64>)> = None;
-        let poses = self.chain.0.iter().zip(&self.eliminated).zip(&with_shared);
+        let poses = self.chain.0.iter().zip(&eliminated).zip(&with_shared);
         for ((link, eliminated), with_shared) in poses.rev() {
             // The block of A^-1, and the one beside it.
             let mut own = link.inverse;

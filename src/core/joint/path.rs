@@ -122,19 +122,27 @@ impl CorrectedPath {
         }
     }
 
-    /// Frames of odometry at the corrected poses.
-    pub fn frames(&self, frames: &[Frame]) -> Vec<Frame> {
-        let mut corrected = frames.to_vec();
-        for frame in &mut corrected {
-            let odom_from_robot = frame.world_from_robot;
-            frame.world_from_robot = self.correct(frame.stamp_ns, &odom_from_robot);
-            frame.correction = Some(Correction {
-                odom_from_robot,
-                covariance: self.covariance(frame.stamp_ns),
-            });
-            for entry in &mut frame.entries {
-                entry.world_from_sensor = self.correct(entry.stamp_ns, &entry.world_from_sensor);
-            }
+    /// The poses at other key poses; after the last of its own, the path goes on as odometry does.
+    pub fn at(&self, keys: &[KeyPose]) -> Vec<Pose2> {
+        if self.keys == keys {
+            return self.world_from_robot.clone();
+        }
+        let keys = keys.iter();
+        keys.map(|key| self.correct(key.stamp_ns, &key.odom_from_robot))
+            .collect()
+    }
+
+    /// A frame of odometry at the corrected poses.
+    pub fn frame(&self, frame: &Frame) -> Frame {
+        let mut corrected = frame.clone();
+        let odom_from_robot = frame.world_from_robot;
+        corrected.world_from_robot = self.correct(frame.stamp_ns, &odom_from_robot);
+        corrected.correction = Some(Correction {
+            odom_from_robot,
+            covariance: self.covariance(frame.stamp_ns),
+        });
+        for entry in &mut corrected.entries {
+            entry.world_from_sensor = self.correct(entry.stamp_ns, &entry.world_from_sensor);
         }
         corrected
     }
@@ -221,7 +229,7 @@ mod tests {
             covariances: vec![Matrix3::zeros(); keys.len()],
             keys,
         };
-        for (corrected, frame) in path.frames(&frames).iter().zip(&frames) {
+        for (corrected, frame) in frames.iter().map(|frame| path.frame(frame)).zip(&frames) {
             let (a, b) = (corrected.world_from_robot, frame.world_from_robot);
             assert!((a.position() - b.position()).norm() < 1e-12);
         }

@@ -17,10 +17,7 @@ use crate::io::log::{LogError, read_with_truth_in};
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth, TruthError};
 use crate::tools::report::map::draw;
-use crate::tools::simulate::{
-    FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, SimulateError, Simulation,
-    Stepwise, Untold,
-};
+use crate::tools::simulate::{RangeNoise, SimulateError, Simulation};
 
 /// The noises at which the paper's rule is tried, metres,
 const NOISES: [f64; 6] = [0.0, 0.000_3, 0.001, 0.003, 0.01, 0.02];
@@ -155,22 +152,12 @@ impl Experiment {
 /// The log of the paper's room in its 150 steps.
 fn room(sigma: f64, seed: u64) -> Result<(Log, RecordedTruth), ReproduceError> {
     let simulation = Simulation {
-        world: World::room(),
-        diffuse: 0.0,
-        path: Path::room(),
-        motion: Motion::Stepwise(Stepwise::default()),
-        ring: Ring::default(),
         range_noise: RangeNoise {
             sigma,
             ..RangeNoise::default()
         },
-        false_echoes: FalseEchoes::default(),
-        odometry_noise: OdometryNoise::default(),
-        untold: Untold::default(),
-        late: None,
-        silent: Vec::new(),
-        without_truth: false,
         seed,
+        ..Simulation::default()
     };
     let bytes = simulation.write(Cursor::new(Vec::new()))?.into_inner();
     let read = read_with_truth_in(Cursor::new(bytes), "room.mcap", &Config::default())?;

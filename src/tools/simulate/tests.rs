@@ -7,19 +7,8 @@ use crate::io::log::container::{self, Channel, RawMessage, Unchecked};
 
 fn room(motion: Motion) -> Simulation {
     Simulation {
-        world: World::room(),
-        diffuse: 0.0,
-        path: Path::room(),
         motion,
-        ring: Ring::default(),
-        range_noise: RangeNoise::default(),
-        false_echoes: FalseEchoes::default(),
-        odometry_noise: OdometryNoise::default(),
-        untold: Untold::default(),
-        late: None,
-        silent: Vec::new(),
-        without_truth: false,
-        seed: 1,
+        ..Simulation::default()
     }
 }
 

@@ -7,37 +7,25 @@ use rerun::{LineStrips2D, StoreKind};
 use super::chunks;
 use crate::core::config::{Config, Rule};
 use crate::core::replay::Replay;
-use crate::core::world::World;
 use crate::io::log::read_with_truth_in;
 use crate::observe::recording::Recording;
 use crate::tools::evaluate::drawing::overlay;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::evaluate::{Evaluation, Truth};
-use crate::tools::simulate::{
-    FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Stepwise, Untold,
-};
+use crate::tools::simulate::{Motion, RangeNoise, Simulation, Stepwise};
 
 fn room() -> Vec<u8> {
     let simulation = Simulation {
-        world: World::room(),
-        diffuse: 0.0,
-        path: Path::room(),
         motion: Motion::Stepwise(Stepwise {
             steps: Some(40),
             ..Stepwise::default()
         }),
-        ring: Ring::default(),
         range_noise: RangeNoise {
             sigma: 0.003,
             ..RangeNoise::default()
         },
-        false_echoes: FalseEchoes::default(),
-        odometry_noise: OdometryNoise::default(),
-        untold: Untold::default(),
-        late: None,
-        silent: Vec::new(),
-        without_truth: false,
         seed: 4,
+        ..Simulation::default()
     };
     simulation
         .write(Cursor::new(Vec::new()))
