@@ -15,7 +15,7 @@ const LIVELY: f64 = 0.1;
 /// A way, metres, along which nothing stays the same.
 const FAR: f64 = 2.0;
 /// Of one that is stuck such a share of the echoes has one value, while it moved.
-const STUCK: f64 = 0.9;
+const STUCK: f64 = 0.97;
 
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
     let sonars = &of.facts.sonars;

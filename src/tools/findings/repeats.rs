@@ -13,6 +13,8 @@ const ENOUGH: u64 = 20;
 const REPEATS: f64 = 0.1;
 /// ... and for one with a coarse raster, which sees a wall beside it as the same for long, from this on.
 const QUANTISED_REPEATS: f64 = 0.5;
+/// Where more of the arcs is explained, repeats do no harm.
+const EXPLAINED: f64 = 0.95;
 /// A raster finer than this is fine, metres.
 const FINE: f64 = 0.002;
 
@@ -43,8 +45,14 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     };
     let names: Vec<&str> = told.iter().map(|sonar| sonar.name.as_str()).collect();
     (!told.is_empty()).then(|| {
+        // A wall that is passed without noise repeats, too, and is explained.
+        let is_harmless = tried.is_none() && of.explained().is_some_and(|it| it.share > EXPLAINED);
         Finding::new(
-            Weight::Serious,
+            if is_harmless {
+                Weight::Notable
+            } else {
+                Weight::Serious
+            },
             "repeats",
             format!(
                 "{}: {} of the echoes repeat the last one although the sensor moved",
