@@ -23,11 +23,18 @@ YARDSTICK = "--drive --firing-interval 0.00625 --odometry-rate 50 --noise 0.003 
 REPLAYS = {
     "full": "-o {out}.rrd --features {out}.json --trace {out}.jsonl",
     "full, odometry's poses, no causes": "-o {out}.rrd --features {out}.json --trace {out}.jsonl --poses odometry --no-causes",
+    "the same on one thread": "-o {out}.rrd --features {out}.json --trace {out}.jsonl --poses odometry --no-causes --jobs 1",
     "full, paper's rule": "-o {out}.rrd --features {out}.json --trace {out}.jsonl --rule paper",
     "features only": "--features {out}.json",
     "features only, odometry's poses, no causes": "--features {out}.json --poses odometry --no-causes",
     "features only, paper's rule": "--features {out}.json --rule paper",
     "table of arcs": "--arcs {out}.parquet --poses odometry --no-causes",
+}
+
+# Of the same log twice, as two drives.
+PAIRS = {
+    "two logs, features only, one at a time": "--features {out} --poses odometry --no-causes --jobs 1",
+    "two logs, features only, both at a time": "--features {out} --poses odometry --no-causes --jobs 2",
 }
 
 
@@ -78,6 +85,13 @@ def main():
             if given.only in name:
                 options = options.format(out=f"{folder}/out").split()
                 commands[name] = [given.tmam, "replay", log, "-q", *options]
+        two = [f"{folder}/{name}.mcap" for name in ("one", "two")]
+        for link in two:
+            os.symlink(os.path.abspath(log), link)
+        for name, options in PAIRS.items():
+            if given.only in name:
+                options = options.format(out=f"{folder}/two/").split()
+                commands[name] = [given.tmam, "replay", *two, "-q", *options]
         times = {name: [] for name in commands}
         for _ in range(given.runs):
             for name, command in commands.items():

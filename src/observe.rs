@@ -5,6 +5,7 @@ pub mod arc_table;
 #[cfg(not(feature = "parquet"))]
 #[path = "observe/without_parquet.rs"]
 pub mod arc_table;
+pub mod behind;
 pub mod causes;
 pub mod contradiction;
 pub mod drawing;

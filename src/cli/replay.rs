@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::thread::{self, ScopedJoinHandle};
 
 use super::parameters::{Parameters, quoted};
 use crate::cli::error::Error;
@@ -10,14 +11,15 @@ use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::least_explained::least_explained;
 use crate::core::observer::{Observer, Setting};
-use crate::core::replay::Replay;
+use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::tmam::arc::Arc;
 use crate::io::drives::{self, Drive};
 use crate::io::log::survey;
 use crate::io::log::truth::RecordedTruth;
-use crate::io::output::{is_stdout, show};
+use crate::io::output::{Output, OutputError, is_stdout, show};
 use crate::io::outputs::{Requested, refuse_collisions};
 use crate::observe::arc_table::{self, TableName};
+use crate::observe::behind::Behind;
 use crate::observe::causes;
 use crate::observe::drawing::Overlay;
 use crate::observe::features;
@@ -198,6 +200,14 @@ impl Args {
         }
     }
 
+    /// Whether the stages of one log overlap, on threads of their own.
+    fn overlaps(&self) -> bool {
+        match self.jobs {
+            0 => thread::available_parallelism().is_ok_and(|processors| processors.get() > 1),
+            jobs => jobs > 1,
+        }
+    }
+
     fn requested(&self) -> Requested {
         Requested {
             recording: self.output.clone(),
@@ -219,14 +229,15 @@ impl Args {
         }
     }
 
-    /// Replays a log, called `name`, and writes its outputs.
+    /// Replays a log, called `name`, and writes its outputs. Of one that is alone the stages overlap, and progress is
+    /// shown.
     fn replay(
         &self,
         path: &Path,
         name: &str,
         config: &Config,
         requested: Requested,
-        with_progress: bool,
+        is_alone: bool,
     ) -> Result<Told, Error> {
         let mut truth = requested.arcs.is_some().then(RecordedTruth::default);
         let survey = survey::as_it_is_with(path, config, truth.as_mut())?;
@@ -245,18 +256,20 @@ impl Args {
         let url = url.or(self.spawn.then(|| DEFAULT_URL.to_owned()));
         let viewer = url.map(|url| Live::connect(&url, self.spawn)).transpose()?;
 
-        let mut lost = None;
         let named = quoted(&path.display().to_string());
         let named = format!("{named}{}", self.parameters.as_typed());
-        let (outcome, source, warned) = {
-            let mut progress = with_progress.then(|| Progress::new(&setting));
-            let file = outputs.recording.as_mut();
-            let file = file.map(|out| out as &mut dyn io::Write);
-            let mut recording = None;
-            if file.is_some() || viewer.is_some() {
-                let overlay = Overlay::default();
-                recording = Some(Recording::new(file, viewer, setting, overlay)?);
-            }
+        let overlaps = is_alone && self.overlaps();
+        let file = outputs.recording.as_mut();
+        let file = file.map(|out| out as &mut (dyn io::Write + Send));
+        let mut recording = None;
+        if file.is_some() || viewer.is_some() {
+            let overlay = Overlay::default();
+            recording = Some(Recording::new(file, viewer, setting, overlay)?);
+        }
+        let watched = thread::scope(|scope| {
+            let mut progress = is_alone.then(|| Progress::new(&setting));
+            let scope = overlaps.then_some(scope);
+            let mut recording = recording.map(|recording| Behind::new(recording, scope));
             let progress = progress.as_mut().map(|it| it as &mut dyn Observer);
             let mut observers: Vec<&mut dyn Observer> = progress.into_iter().collect();
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
@@ -281,27 +294,34 @@ impl Args {
             source
                 .notes
                 .extend(serious.iter().map(|finding| finding.line()));
-            if let Some(mut recording) = recording {
-                recording.tell(&outcome)?;
-                let setting = Setting {
-                    source: &source,
-                    ..setting
-                };
-                let carried = carried(&setting, &outcome)?;
-                lost = recording.close(Some(&carried))?;
-            }
-            (outcome, source, warnings(&serious, &named))
-        };
+            let recording = recording.map(Behind::into_observer).transpose();
+            let recording = recording.map_err(ReplayError::Observer)?.flatten();
+            Ok::<_, Error>((recording, outcome, source, warnings(&serious, &named)))
+        });
+        let (recording, outcome, source, warned) = watched?;
         let setting = Setting {
             source: &source,
             ..setting
         };
-        if let Some(out) = &mut outputs.features {
-            features::write(&mut *out, &setting, &outcome).map_err(|source| out.failed(source))?;
-        }
-        if let Some(out) = &mut outputs.trace {
-            trace::write(&mut *out, setting.sonars, &outcome).map_err(|s| out.failed(s))?;
-        }
+        let (features, mut trace) = (&mut outputs.features, outputs.trace.as_mut());
+        let write = |out| write_trace(out, &setting, &outcome);
+        let lost = thread::scope(|scope| {
+            let beside = trace.take_if(|_| overlaps);
+            let beside = beside.map(|out| scope.spawn(|| write(out)));
+            let mut lost = None;
+            if let Some(mut recording) = recording {
+                recording.tell(&outcome)?;
+                let carried = carried(&setting, &outcome)?;
+                lost = recording.close(Some(&carried))?;
+            }
+            if let Some(out) = features {
+                let written = features::write(&mut *out, &setting, &outcome);
+                written.map_err(|source| out.failed(source))?;
+            }
+            trace.map(write).transpose()?;
+            beside.map(ended).transpose()?;
+            Ok::<_, Error>(lost)
+        })?;
         if let Some(out) = &mut outputs.path {
             path_file::write(out, &replay, &outcome).map_err(|source| out.failed(source))?;
         }
@@ -338,6 +358,20 @@ impl Args {
             summary: Replayed::new(&setting, &outcome, None, problems),
         })
     }
+}
+
+fn write_trace(
+    out: &mut Output,
+    setting: &Setting<'_>,
+    outcome: &Outcome,
+) -> Result<(), OutputError> {
+    trace::write(&mut *out, setting.sonars, outcome).map_err(|source| out.failed(source))
+}
+
+/// What a thread came to.
+fn ended<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    let ended = thread.join();
+    ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// What is told of a log that was replayed.

@@ -37,7 +37,7 @@ impl Bits {
         let prediction = outcome.prediction.as_ref()?;
         let mut bits = Self::default();
         let unexplained = libm::log2(SPAN / PRECISION);
-        for report in &outcome.reports {
+        for report in outcome.reports.iter() {
             bits.arcs += 1;
             let fit = prediction.residual(&report.arc);
             let taken = fit.map_or(unexplained, |fit| {

@@ -62,6 +62,8 @@ pub struct Echo {
 #[derive(Debug)]
 pub struct Framer<'a> {
     track: Track<'a>,
+    /// Where among its samples the last reading was.
+    near: usize,
     sonars: &'a [Sonar],
     selected: &'a [bool],
     step: f64,
@@ -97,6 +99,7 @@ impl<'a> Framer<'a> {
     ) -> Self {
         Self {
             track,
+            near: 0,
             sonars,
             selected,
             step: bounds.step,
@@ -111,7 +114,7 @@ impl<'a> Framer<'a> {
     pub fn push(&mut self, reading: &RangeReading) -> Option<Frame> {
         let selected = self.selected.get(reading.sonar.index()) == Some(&true);
         self.tally.readings += u64::from(selected);
-        let world_from_robot = match self.track.world_from_robot_at(reading) {
+        let world_from_robot = match (self.track).world_from_robot_next(reading, &mut self.near) {
             Ok(pose) => pose,
             Err(reason) => {
                 if selected {

@@ -59,6 +59,10 @@ const LONGEST_NAME: usize = 256;
 /// as an escape, and what no one would read to its end is cut.
 pub fn name(text: &str) -> Cow<'_, str> {
     let is_long = text.len() > LONGEST_NAME;
+    let is_plain = text.bytes().all(|byte| (b' '..=b'~').contains(&byte));
+    if !is_long && is_plain {
+        return Cow::Borrowed(text);
+    }
     if !is_long && !text.chars().any(|c| c == '\n' || steers(c)) {
         return Cow::Borrowed(text);
     }

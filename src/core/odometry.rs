@@ -14,6 +14,9 @@ pub struct Track<'a> {
     clock_rate: f64,
 }
 
+/// So many samples are looked through for the next stamp before they are halved.
+const AHEAD: usize = 8;
+
 /// Why a stamp has no pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NoPose {
@@ -84,6 +87,29 @@ impl<'a> Track<'a> {
         self.world_from_robot(self.instant_ns(reading))
     }
 
+    /// The same for readings one after the other in time: `near` is where among the samples the last one was.
+    ///
+    /// # Errors
+    /// As [`Self::world_from_robot`].
+    pub fn world_from_robot_next(
+        &self,
+        reading: &RangeReading,
+        near: &mut usize,
+    ) -> Result<Pose2, NoPose> {
+        let stamp_ns = self.instant_ns(reading);
+        let is_before = |sample: &OdometrySample| sample.stamp_ns < stamp_ns;
+        let (passed, coming) = self.samples.split_at_checked(*near).unwrap_or_default();
+        let ahead = coming
+            .iter()
+            .take(AHEAD)
+            .position(|sample| !is_before(sample));
+        *near = match ahead.filter(|_| passed.last().is_none_or(is_before)) {
+            Some(ahead) => passed.len() + ahead,
+            None => self.samples.partition_point(is_before),
+        };
+        self.world_from_robot_behind(*near, stamp_ns)
+    }
+
     /// The robot's pose at a stamp: the sample's own, or interpolated between the two around it
     /// (position linear, heading on the shortest arc).
     ///
@@ -91,6 +117,11 @@ impl<'a> Track<'a> {
     /// Outside the samples, or between two that lie more than the allowed gap apart.
     pub fn world_from_robot(&self, stamp_ns: i64) -> Result<Pose2, NoPose> {
         let after = self.samples.partition_point(|s| s.stamp_ns < stamp_ns);
+        self.world_from_robot_behind(after, stamp_ns)
+    }
+
+    /// The pose at a stamp behind so many samples.
+    fn world_from_robot_behind(&self, after: usize, stamp_ns: i64) -> Result<Pose2, NoPose> {
         if let Some(exact) = self.samples.get(after).filter(|s| s.stamp_ns == stamp_ns) {
             return Ok(exact.world_from_robot);
         }
@@ -207,6 +238,31 @@ mod tests {
         assert!((track.world_from_robot(450_000_000).unwrap().x - 0.45).abs() < 1e-12);
         assert!((track.world_from_robot(-50_000_000).unwrap().x + 0.05).abs() < 1e-12);
         assert_eq!(track.world_from_robot(600_000_000), Err(NoPose::After));
+    }
+
+    #[test]
+    fn readings_one_after_the_other_find_the_same_poses() {
+        let samples: Vec<_> = (0..60_u8)
+            .map(|k| sample(f64::from(k / 3) * 0.1, f64::from(k), 0.01 * f64::from(k)))
+            .collect();
+        let track = track(&samples, 0.05);
+        let mut near = 0;
+        let stamps = (-20..250)
+            .chain((0..200).rev().step_by(7))
+            .map(|k| k * 10_000_000);
+        for stamp_ns in stamps {
+            let reading = RangeReading {
+                stamp_ns,
+                sonar: crate::core::event::SonarId(0),
+                range: 1.0,
+                min_range: 0.1,
+                max_range: 5.0,
+                beam_width: 0.4,
+                variance: 0.0,
+            };
+            let found = track.world_from_robot_next(&reading, &mut near);
+            assert_eq!(found, track.world_from_robot_at(&reading), "{stamp_ns}");
+        }
     }
 
     #[test]

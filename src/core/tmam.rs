@@ -26,6 +26,7 @@ pub mod triple;
 pub mod window;
 
 use std::collections::BTreeMap;
+use std::sync::Arc as Shared;
 
 use arc::Arc;
 use feature::{Action, Rejection};
@@ -34,6 +35,7 @@ use hearing::Hearing;
 use hypothesis::{Gate, HypothesisTest};
 use map::Map;
 use map::rough::RoughWall;
+use report::ArcReport;
 use rule::Policies;
 use run::Run;
 use step::{Extraction, Step};
@@ -93,10 +95,11 @@ impl Tmam {
         }
         let streams = std::mem::take(&mut self.streams);
         let arcs = streams.values().map(|stream| stream.reports().len()).sum();
-        step.reports.reserve_exact(arcs);
-        let reports = streams.into_values().flat_map(Stream::into_reports);
-        step.reports.extend(reports);
-        step.reports.sort_by_key(|report| report.arc.id);
+        let mut reports = Vec::with_capacity(arcs);
+        reports.extend(streams.into_values().flat_map(Stream::into_reports));
+        // No two have one id.
+        reports.sort_unstable_by_key(|report: &ArcReport| report.arc.id);
+        step.reports = Shared::new(reports);
         let arcs: Vec<Arc> = step.reports.iter().map(|report| report.arc).collect();
         let hearings = Hearing::of_sonars(&step.reports, &[]).into_iter();
         let hardly = hearings.filter(|(_, hearing)| hearing.is_hardly_explained());

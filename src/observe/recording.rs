@@ -113,7 +113,7 @@ impl<'a> Recording<'a> {
     /// # Errors
     /// When it cannot be written to.
     pub fn new(
-        out: Option<&'a mut dyn Write>,
+        out: Option<&'a mut (dyn Write + Send)>,
         viewer: Option<Live>,
         setting: Setting<'a>,
         overlay: Overlay,

@@ -53,7 +53,7 @@ pub(super) struct TraceRow<'a> {
 /// When `out` cannot be written.
 pub fn write(mut out: impl Write, sonars: &[Sonar], outcome: &Outcome) -> io::Result<()> {
     let joint = outcome.joint();
-    for report in &outcome.reports {
+    for report in outcome.reports.iter() {
         let odometry = joint.and_then(|joint| joint.odom_from_sensor.get(&report.arc.id));
         serde_json::to_writer(&mut out, &row(report, sonars, odometry))?;
         out.write_all(b"\n")?;

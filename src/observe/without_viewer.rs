@@ -26,7 +26,7 @@ impl Live {
 
 impl Recording {
     pub fn new(
-        _out: Option<&mut dyn Write>,
+        _out: Option<&mut (dyn Write + Send)>,
         _viewer: Option<Live>,
         _setting: Setting<'_>,
         _overlay: Overlay,

@@ -45,16 +45,17 @@ fn standard_output_holds_the_output_and_nothing_else() {
 
 #[test]
 #[cfg_attr(not(feature = "viewer"), ignore = "needs recordings")]
-fn the_same_log_gives_the_same_bytes() {
+fn the_same_log_gives_the_same_bytes_on_any_number_of_threads() {
     let bench = Bench::new();
     let log = sample("room_drive.mcap");
-    for n in [1, 2] {
-        let arguments = format!("replay {{}} -o {n}.rrd --features {n}.json --trace {n}.jsonl");
+    for (n, jobs) in [(1, 1), (2, 4), (3, 4)] {
+        let outputs = format!("-o {n}.rrd --features {n}.json --trace {n}.jsonl");
+        let arguments = format!("replay {{}} {outputs} --jobs {jobs}");
         assert_eq!(bench.tmam(&log, &arguments).code, 0);
     }
     for kind in ["rrd", "json", "jsonl"] {
-        let [one, two] = [1, 2].map(|n| bench.bytes(&format!("{n}.{kind}")));
-        assert!(one == two, "{kind}");
+        let [one, two, three] = [1, 2, 3].map(|n| bench.bytes(&format!("{n}.{kind}")));
+        assert!(one == two && two == three, "{kind}");
         assert!(!one.is_empty());
     }
 }

@@ -92,6 +92,11 @@ struct Problem<'a> {
     drift: Option<Drift>,
     /// Of each ping, the derivatives of the sensor's place by the scales of odometry.
     by_scales: Vec<[Vec2; 2]>,
+    /// Of each ping, the direction of the robot's x axis.
+    ahead: Vec<Vec2>,
+    /// Of each ping, its sensor in the robot's frame at the two key poses around it, with their weights; none
+    /// where the poses are exact.
+    at_keys: Vec<[(usize, Vec2, f64); 2]>,
 }
 
 /// The unknowns on their way.
@@ -194,12 +199,24 @@ impl RangeEstimate {
 impl<'a> Problem<'a> {
     fn new(scene: &'a Scene, replay: &Replay<'_>, outcome: &Outcome) -> Self {
         let odometry = &replay.log().events.odometry;
+        let keys = key_poses(replay.frames());
+        let drift = outcome.joint().map(|joint| joint.drift);
+        let pings = scene.pings.iter();
+        let ahead = |ping: &Ping| {
+            let mount = scene.mounts.get(ping.sonar.index());
+            unit(ping.world_from_sensor.yaw - mount.map_or(0.0, |mount| mount.yaw))
+        };
         Self {
             scene,
             origin_ns: odometry.first().map_or(0, |sample| sample.stamp_ns),
-            keys: key_poses(replay.frames()),
-            drift: outcome.joint().map(|joint| joint.drift),
             by_scales: by_scales(scene, replay),
+            ahead: pings.clone().map(ahead).collect(),
+            at_keys: match drift {
+                Some(_) => pings.map(|ping| at_keys(&keys, ping)).collect(),
+                None => Vec::new(),
+            },
+            keys,
+            drift,
         }
     }
 
@@ -240,36 +257,19 @@ impl<'a> Problem<'a> {
 
     /// The derivatives of a sensor's place by the parameters that it depends on. The scales of odometry act
     /// on the path where that is unknown.
-    fn by_parameters(&self, at: usize, ping: &Ping) -> Vec<(usize, Vec2)> {
+    fn by_parameters(&self, at: usize, ping: &Ping) -> impl Iterator<Item = (usize, Vec2)> {
         let seconds = ping.stamp_ns.saturating_sub(self.origin_ns) as f64 * 1e-9;
-        let mount = self.scene.mounts.get(ping.sonar.index());
-        let x = unit(ping.world_from_sensor.yaw - mount.map_or(0.0, |mount| mount.yaw));
+        let x = self.ahead.get(at).copied().unwrap_or_default();
         let own = Self::own(ping);
-        let mut by = vec![
+        let by = [
             (2, -ping.velocity),
             (3, -ping.velocity * seconds),
             (own, x),
             (own + 1, Vec2::new(-x.y, x.x)),
         ];
-        if let (None, Some([distance, turn])) = (&self.drift, self.by_scales.get(at)) {
-            by.extend([(0, *distance), (1, *turn)]);
-        }
-        by
-    }
-
-    /// A ping's sensor in the robot's frame at the two key poses around it, with their weights.
-    fn at_keys(&self, ping: &Ping) -> [(usize, Vec2, f64); 2] {
-        let between = between(&self.keys, ping.stamp_ns);
-        let from = |key: usize, weight: f64| {
-            let sensor = ping.odom_from_sensor.position();
-            let from = self.keys.get(key);
-            let from = from.map(|key| key.odom_from_robot.inverse_transform(sensor));
-            (key, from.unwrap_or_default(), weight)
-        };
-        [
-            from(between.earlier, 1.0 - between.share),
-            from(between.earlier + 1, between.share),
-        ]
+        let by_scales = self.by_scales.get(at).filter(|_| self.drift.is_none());
+        let by_scales = by_scales.map(|[distance, turn]| [(0, *distance), (1, *turn)]);
+        by.into_iter().chain(by_scales.into_iter().flatten())
     }
 
     /// Where the sensor is.
@@ -277,10 +277,10 @@ impl<'a> Problem<'a> {
         let mut place = match self.drift {
             None => ping.world_from_sensor.position(),
             Some(_) => {
-                let from = self.at_keys(ping).into_iter();
+                let from = self.at_keys.get(at).into_iter().flatten();
                 from.fold(Vec2::zeros(), |sum, (key, from, weight)| {
-                    let pose = state.poses.get(key);
-                    sum + pose.map_or_else(Vec2::zeros, |pose| pose.transform(from) * weight)
+                    let pose = state.poses.get(*key);
+                    sum + pose.map_or_else(Vec2::zeros, |pose| pose.transform(*from) * *weight)
                 })
             }
         };
@@ -302,10 +302,12 @@ impl<'a> Problem<'a> {
             let [scale, offset] = state.of_range(ping);
             let wide = gate + SIGMAS * (variance + OF_MAP * OF_MAP).sqrt();
             let near = |(at, place): (usize, &Place)| {
-                let expected = place.expected(sensor)?;
-                let off = (range - (expected.range - offset) / scale).abs();
-                let is_it = off < wide
-                    && expected.inside > -BEYOND_END
+                let predicted = place.landmark.predict(sensor)?;
+                let off = (range - (predicted.range - offset) / scale).abs();
+                // Most are not, which costs no angle.
+                let is_as_far = off < wide;
+                let expected = is_as_far.then(|| place.expected(sensor)).flatten()?;
+                let is_it = expected.inside > -BEYOND_END
                     && angle_between(expected.bearing, ping.world_from_sensor.yaw)
                         < ping.beam_width / 2.0 + BESIDE_BEAM;
                 is_it.then_some((at, off))
@@ -352,7 +354,7 @@ impl<'a> Problem<'a> {
         let by_sensor = predicted.by_sensor / scale;
         let own = Self::own(ping);
         let place = self.parameters() + 2 * one.place;
-        let by_parameters = self.by_parameters(one.ping, ping).into_iter();
+        let by_parameters = self.by_parameters(one.ping, ping);
         let by_parameters =
             by_parameters.map(|(at, by)| (at, by_sensor.x * by.x + by_sensor.y * by.y));
         Some(Residual {
@@ -383,9 +385,7 @@ impl<'a> Problem<'a> {
             self.add_odometry(state, drift, &mut system);
         }
         for one in matches {
-            let (Some(residual), Some(ping)) =
-                (self.residual(state, one), self.scene.pings.get(one.ping))
-            else {
+            let Some(residual) = self.residual(state, one) else {
                 continue;
             };
             // Cauchy's: what is of something else pulls little, and what is off together agrees.
@@ -395,7 +395,9 @@ impl<'a> Problem<'a> {
                 system.add_shared(&residual.by_shared, residual.residual, information);
                 continue;
             }
-            let from = self.at_keys(ping);
+            let Some(from) = self.at_keys.get(one.ping).copied() else {
+                continue;
+            };
             let by_poses = from.map(|(key, from, weight)| {
                 let yaw = state.poses.get(key).map_or(0.0, |pose| pose.yaw);
                 let lever = rotate(from, yaw);
@@ -498,6 +500,21 @@ impl State {
         let own = Problem::own(ping);
         [1.0 + self.of(own + 2), self.of(own + 3)]
     }
+}
+
+/// A ping's sensor in the robot's frame at the two key poses around it, with their weights.
+fn at_keys(keys: &[KeyPose], ping: &Ping) -> [(usize, Vec2, f64); 2] {
+    let between = between(keys, ping.stamp_ns);
+    let from = |key: usize, weight: f64| {
+        let sensor = ping.odom_from_sensor.position();
+        let from = keys.get(key);
+        let from = from.map(|key| key.odom_from_robot.inverse_transform(sensor));
+        (key, from.unwrap_or_default(), weight)
+    };
+    [
+        from(between.earlier, 1.0 - between.share),
+        from(between.earlier + 1, between.share),
+    ]
 }
 
 /// The derivatives of each sensor's place by the scales of odometry's distance and turns.

@@ -1,6 +1,7 @@
 //! A method other than TMAM, and what a replay shows of it.
 
 use std::collections::BTreeMap;
+use std::sync::Arc as Shared;
 
 use super::mapper::Mapper;
 use crate::core::config::{Config, Map as Bounds, Noise};
@@ -216,8 +217,8 @@ impl Mapper for RivalMapper {
             self.register(found, &mut step);
         }
         let arcs = std::mem::take(&mut self.arcs);
-        step.reports = arcs.iter().map(|arc| self.report(arc)).collect();
-        step.labelled = step.reports.clone();
+        step.reports = Shared::new(arcs.iter().map(|arc| self.report(arc)).collect());
+        step.labelled = step.reports.to_vec();
         step.triples = vec![None; step.reports.len()];
         step
     }

@@ -1,6 +1,7 @@
 //! What a replay came to.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc as Shared;
 
 use serde::Serialize;
 
@@ -42,7 +43,7 @@ pub struct Outcome {
     /// The final map, by id.
     pub map: Vec<MapFeature>,
     /// Every arc by frame and sonar, with all that is known of it.
-    pub reports: Vec<ArcReport>,
+    pub reports: Shared<Vec<ArcReport>>,
     /// What should have echoed by the map that the noise-aware rule makes of the log; `None` by other methods,
     /// whose maps do not say that.
     pub prediction: Option<MapPrediction>,
@@ -105,7 +106,7 @@ impl Outcome {
         let suspects = || step.reports.iter().filter(|report| report.is_suspect());
         self.suspects = (prediction.as_ref()).map(|_| suspects().count() as u64);
         self.prediction = prediction;
-        for report in &step.reports {
+        for report in step.reports.iter() {
             *self.labels.entry(report.label.name()).or_default() += 1;
             if let Some(reason) = report.label.reason() {
                 *self.reasons.entry(reason.name()).or_default() += 1;

@@ -114,7 +114,7 @@ mod tests {
         let mut report = ArcReport::new(three[1]);
         report.label = label;
         report.triple = Some(TripleTest::of(&three, &Triple::default(), &gate));
-        report.windows = vec![HypothesisTest::of(&three, &gate)];
+        report.windows = [HypothesisTest::of(&three, &gate)].into();
         report
     }
 

@@ -1,6 +1,7 @@
 //! All that is known of one arc.
 
 use std::cmp::Ordering;
+use std::sync::Arc as Shared;
 
 use super::arc::Arc;
 use super::condition::Condition;
@@ -33,7 +34,7 @@ pub struct ArcReport {
     pub triple: Option<TripleTest>,
     /// What the windows around it support, from the triple to the widest that was looked at. Empty
     /// where it has no neighbour on one side.
-    pub windows: Vec<HypothesisTest>,
+    pub windows: Shared<[HypothesisTest]>,
     /// The rough wall that explains its readings at an angle, where no line and no point does.
     pub oblique: Option<ObliqueWall>,
     /// The run that the arc is in, where it has a label; known once that has closed.
@@ -63,7 +64,7 @@ impl ArcReport {
             after: None,
             bend: 0.0,
             triple: None,
-            windows: Vec::new(),
+            windows: Shared::default(),
             oblique: None,
             run: None,
             map: None,

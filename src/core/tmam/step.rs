@@ -1,5 +1,7 @@
 //! What one step of the machine hands to its observers.
 
+use std::sync::Arc as Shared;
+
 use super::arc::{Arc, ArcId};
 use super::feature::{Action, MapFeature, Shape};
 use super::hypothesis::HypothesisTest;
@@ -29,7 +31,7 @@ pub struct Step {
     /// At the end of the log, the features that the predictions in `reports` name.
     pub predicting: Vec<MapFeature>,
     /// At the end of the log, every arc by frame and sonar, with all that is known of it.
-    pub reports: Vec<ArcReport>,
+    pub reports: Shared<Vec<ArcReport>>,
 }
 
 /// A feature that was seen again after the robot was elsewhere, and taken for another one until the poses

@@ -1,6 +1,7 @@
 //! The triple widened: how many readings to either side it takes to tell a line from a point.
 
 use std::collections::VecDeque;
+use std::sync::Arc as Shared;
 
 use super::arc::{Arc, ArcId};
 use super::hypothesis::{Gate, HypothesisTest, Support};
@@ -15,7 +16,7 @@ pub struct WindowResult {
     pub arc: ArcId,
     /// The tests of the windows that were looked at, narrowest first; none where the arc has no
     /// neighbour on one side.
-    pub tests: Vec<HypothesisTest>,
+    pub tests: Shared<[HypothesisTest]>,
     /// The readings of the last window, where they decided: `k-m ..= k+m`.
     pub readings: Vec<Arc>,
     /// Where neither a line nor a point explains them: the rough wall that explains them and those before
@@ -83,6 +84,7 @@ impl AdaptiveWindow {
     ) -> Vec<WindowResult> {
         let newest = self.first + self.arcs.len();
         self.arcs.push_back(arc);
+        self.arcs.make_contiguous();
         self.growing.push_back(Growing {
             at: newest,
             tests: Vec::new(),
@@ -127,12 +129,11 @@ impl AdaptiveWindow {
             return;
         }
         let triple = triple.filter(|_| half == 1);
-        let test = triple.unwrap_or_else(|| HypothesisTest::of(&self.window(one.at, half), gate));
+        let test = triple.unwrap_or_else(|| HypothesisTest::of(self.window(one.at, half), gate));
         if test.support == Support::Neither {
             // The last reading is the newest there is: the stretch before it tells more.
-            let stretch: Vec<Arc> = self.arcs.iter().copied().collect();
             let width = 2 * half + 1;
-            one.oblique = ObliqueWall::behind(&stretch, width, gate, bounds.decisive);
+            one.oblique = ObliqueWall::behind(self.stretch(), width, gate, bounds.decisive);
         }
         let (gate, least) = (test.gate, test.chi2_line.min(test.chi2_point));
         let kind = test.decided(bounds.decisive);
@@ -163,32 +164,32 @@ impl AdaptiveWindow {
         one.tests.push(test);
     }
 
-    fn window(&self, at: usize, half: usize) -> Vec<Arc> {
+    /// The newest arcs, which lie side by side.
+    fn stretch(&self) -> &[Arc] {
+        self.arcs.as_slices().0
+    }
+
+    fn window(&self, at: usize, half: usize) -> &[Arc] {
         let from = (at - half).saturating_sub(self.first);
-        self.arcs
-            .iter()
-            .skip(from)
-            .take(2 * half + 1)
-            .copied()
-            .collect()
+        let newest = self.stretch().get(from..).unwrap_or_default();
+        newest.get(..2 * half + 1).unwrap_or(newest)
     }
 
     fn settled(&mut self, may_go: impl Fn(&Growing) -> bool) -> Vec<WindowResult> {
         let mut settled = Vec::new();
-        while let Some(mut one) = self.growing.pop_front_if(|one| may_go(one)) {
+        while let Some(one) = self.growing.pop_front_if(|one| may_go(one)) {
             let Some(arc) = self.arcs.get(one.at - self.first) else {
                 continue;
             };
             let readings = if one.decided {
-                self.window(one.at, one.tests.len())
+                self.window(one.at, one.tests.len()).to_vec()
             } else {
                 Vec::new()
             };
             let has_test = !one.tests.is_empty();
-            one.tests.shrink_to_fit();
             settled.push(WindowResult {
                 arc: arc.id,
-                tests: one.tests,
+                tests: one.tests.into(),
                 readings,
                 oblique: one.oblique,
                 margin: Some(one.margin).filter(|margin| has_test && margin.is_finite()),

@@ -431,8 +431,8 @@ mod tests {
     fn poses_are_not_used_where_transforms_say_where_the_robot_was() {
         let pose = |stamp_ns: i64, parent: &str, child: &str| TransformMessage {
             stamp_ns,
-            parent: parent.to_owned(),
-            child: child.to_owned(),
+            parent: parent.to_owned().into(),
+            child: child.to_owned().into(),
             parent_from_child: Some(nalgebra::Isometry3::translation(stamp_ns as f64, 0.0, 0.0)),
             ..TransformMessage::default()
         };

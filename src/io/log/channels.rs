@@ -103,7 +103,7 @@ enum Way {
 pub struct Message<'c> {
     pub role: Role,
     pub topic: &'c str,
-    pub content: Content,
+    pub content: Content<'c>,
 }
 
 impl Channels {
@@ -130,7 +130,11 @@ impl Channels {
 
     /// What a message says and is good for; `None` for one that is not used, or for which there is
     /// no room.
-    pub fn read(&mut self, channel: &Channel, message: RawMessage<'_>) -> Option<Message<'_>> {
+    pub fn read<'m>(
+        &'m mut self,
+        channel: &Channel,
+        message: RawMessage<'m>,
+    ) -> Option<Message<'m>> {
         if !self.known.contains_key(&channel.id) {
             let found = self.find(channel);
             self.known.insert(channel.id, found);
@@ -290,7 +294,7 @@ impl Channels {
 }
 
 impl Reader {
-    fn read(&self, message: &[u8]) -> Result<Content, DecodeError> {
+    fn read<'m>(&self, message: &'m [u8]) -> Result<Content<'m>, DecodeError> {
         if message.len() > LONGEST_MESSAGE {
             return Err(DecodeError::Channel(format!(
                 "a message of {} bytes is too long to be a reading or a pose",
@@ -312,7 +316,7 @@ impl Reader {
 }
 
 impl Reader {
-    fn laid(&self, mut content: Content) -> Content {
+    fn laid<'m>(&self, mut content: Content<'m>) -> Content<'m> {
         if let Content::Odometry(odometry) = &mut content
             && let Some(pose) = &mut odometry.parent_from_child
         {

@@ -23,7 +23,7 @@ pub enum Cone {
 impl Cone {
     /// A scan as the one reading that it is, where it is one. Before the first echo of such a sonar shows its
     /// beam, its scans are nothing.
-    pub fn narrowed(&mut self, content: Content) -> Content {
+    pub fn narrowed<'m>(&mut self, content: Content<'m>) -> Content<'m> {
         let Content::Ranges(rays) = content else {
             return content;
         };
@@ -50,8 +50,8 @@ impl Cone {
         }
     }
 
-    fn of(rays: &[RangeMessage]) -> Self {
-        let is_echo = |ray: &RangeMessage| ray.range.is_finite();
+    fn of(rays: &[RangeMessage<'_>]) -> Self {
+        let is_echo = |ray: &RangeMessage<'_>| ray.range.is_finite();
         let (Some(first), Some(last)) = (
             rays.iter().position(is_echo),
             rays.iter().rposition(is_echo),
@@ -59,7 +59,8 @@ impl Cone {
             return Self::Unknown;
         };
         let inside = rays.get(first..=last).unwrap_or_default();
-        let same = |ray: &RangeMessage| inside.first().is_some_and(|one| one.range == ray.range);
+        let same =
+            |ray: &RangeMessage<'_>| inside.first().is_some_and(|one| one.range == ray.range);
         let (Some(left), Some(right)) = (inside.first(), inside.last()) else {
             return Self::None;
         };
@@ -78,7 +79,7 @@ mod tests {
     use super::*;
     use crate::io::log::types::read_json;
 
-    fn scan(ranges: &str) -> Content {
+    fn scan(ranges: &str) -> Content<'static> {
         let text = format!(
             r#"{{"header":{{"stamp":{{"sec":1,"nanosec":0}},"frame_id":"f"}},"angle_min":-1,"angle_max":1,
             "angle_increment":0.25,"time_increment":0,"range_min":0.1,"range_max":4,"ranges":{ranges}}}"#
@@ -86,7 +87,7 @@ mod tests {
         read_json("sensor_msgs/LaserScan", &text).unwrap()
     }
 
-    fn beams(cone: &mut Cone, ranges: &str) -> Vec<RangeMessage> {
+    fn beams(cone: &mut Cone, ranges: &str) -> Vec<RangeMessage<'static>> {
         match cone.narrowed(scan(ranges)) {
             Content::Ranges(beams) => beams,
             other => panic!("{other:?}"),

@@ -1,5 +1,7 @@
 //! Messages of unknown types, read by the field paths that the configuration gives.
 
+use std::borrow::Cow;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::message::{Content, MOST_SONARS, RangeMessage, Role, TransformMessage};
@@ -62,7 +64,10 @@ pub fn paths(described: &ChannelFields) -> Vec<String> {
 ///
 /// # Errors
 /// A field that is not there.
-pub fn read(described: &ChannelFields, fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn read<'m>(
+    described: &ChannelFields,
+    fields: &Fields<'_, 'm>,
+) -> Result<Content<'m>, FieldError> {
     if described.is_odometry() {
         return odometry(described, fields).map(Content::Odometry);
     }
@@ -78,11 +83,11 @@ pub fn read(described: &ChannelFields, fields: &Fields<'_>) -> Result<Content, F
 }
 
 /// A message's only reading, or that of an element of its arrays.
-fn reading(
+fn reading<'m>(
     described: &ChannelFields,
-    fields: &Fields<'_>,
+    fields: &Fields<'_, 'm>,
     element: Option<usize>,
-) -> Result<RangeMessage, FieldError> {
+) -> Result<RangeMessage<'m>, FieldError> {
     let all = fields.all::<7>();
     let [stamp, frame, range, min_range, max_range, width, variance] =
         all.each_ref().map(|field| match element {
@@ -91,13 +96,14 @@ fn reading(
         });
     let metres = described.metres_per_unit.unwrap_or(1.0);
     let angle = described.angle_unit.unwrap_or(AngleUnit::Rad);
-    let given = |given: &Option<Given>, field: &Field<'_>, none: f64, unit: &dyn Fn(f64) -> f64| {
-        match given {
-            None => Ok(none),
-            Some(Given::Constant(value)) => Ok(*value),
-            Some(Given::Path(_)) => field.distance().map(unit),
-        }
-    };
+    let given =
+        |given: &Option<Given>, field: &Field<'_, '_>, none: f64, unit: &dyn Fn(f64) -> f64| {
+            match given {
+                None => Ok(none),
+                Some(Given::Constant(value)) => Ok(*value),
+                Some(Given::Path(_)) => field.distance().map(unit),
+            }
+        };
     let length = |x: f64| x * metres;
     let (stamp_ns, frame_id) = (stamp_of(described, &stamp)?, frame_of(described, &frame)?);
     let infinite = f64::INFINITY;
@@ -109,14 +115,14 @@ fn reading(
         variance: given(&described.variance, &variance, 0.0, &|x| {
             x * metres * metres
         })?,
-        ..RangeMessage::plain(stamp_ns, &frame_id, length(range.distance()?))
+        ..RangeMessage::plain(stamp_ns, frame_id, length(range.distance()?))
     })
 }
 
-fn odometry(
+fn odometry<'m>(
     described: &ChannelFields,
-    fields: &Fields<'_>,
-) -> Result<TransformMessage, FieldError> {
+    fields: &Fields<'_, 'm>,
+) -> Result<TransformMessage<'m>, FieldError> {
     let all = fields.all::<17>();
     let [
         stamp,
@@ -160,7 +166,7 @@ fn odometry(
     Ok(TransformMessage {
         stamp_ns: stamp_of(described, stamp)?,
         parent: frame_of(described, frame)?,
-        child: String::new(),
+        child: Cow::Borrowed(""),
         parent_from_child: turn.and_then(|turn| placed(position, turn)),
         quaternion: quaternion.flatten(),
         twist: None,
@@ -168,7 +174,7 @@ fn odometry(
 }
 
 /// Nanoseconds; 0 where the description has no stamp.
-fn stamp_of(described: &ChannelFields, stamp: &Field<'_>) -> Result<i64, FieldError> {
+fn stamp_of(described: &ChannelFields, stamp: &Field<'_, '_>) -> Result<i64, FieldError> {
     if described.stamp.is_none() {
         return Ok(0);
     }
@@ -183,11 +189,14 @@ fn stamp_of(described: &ChannelFields, stamp: &Field<'_>) -> Result<i64, FieldEr
 }
 
 /// Without a leading slash; empty where the description has none.
-fn frame_of(described: &ChannelFields, frame: &Field<'_>) -> Result<String, FieldError> {
+fn frame_of<'m>(
+    described: &ChannelFields,
+    frame: &Field<'_, 'm>,
+) -> Result<Cow<'m, str>, FieldError> {
     match (&described.frame, &described.frame_name) {
         (Some(_), _) => frame.frame(),
-        (None, Some(name)) => Ok(name.trim_start_matches('/').to_owned()),
-        (None, None) => Ok(String::new()),
+        (None, Some(name)) => Ok(name.trim_start_matches('/').to_owned().into()),
+        (None, None) => Ok(Cow::Borrowed("")),
     }
 }
 
@@ -196,17 +205,19 @@ mod tests {
     use super::*;
     use crate::io::config::file;
     use crate::io::log::json;
+    use crate::io::log::value::Path;
 
-    fn content(description: &str, text: &str) -> Result<Content, FieldError> {
+    fn content(description: &str, text: &str) -> Result<Content<'static>, FieldError> {
         let config = file::parse(&format!("[channel.'/t']\n{description}")).unwrap();
         file::check(&config).unwrap();
         let described = &config.channel["/t"];
-        let paths = &paths(described);
-        let values = json::decode(text.as_bytes(), paths).unwrap();
+        let paths: Vec<Path> = paths(described).into_iter().map(Path::from).collect();
+        let values = json::decode(text.as_bytes(), &paths).unwrap();
+        let paths = &paths;
         read(described, &Fields { paths, values })
     }
 
-    fn beams(description: &str, text: &str) -> Vec<RangeMessage> {
+    fn beams(description: &str, text: &str) -> Vec<RangeMessage<'static>> {
         match content(description, text).unwrap() {
             Content::Ranges(beams) => beams,
             other => panic!("{other:?}"),

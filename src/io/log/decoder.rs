@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::container::{Channel, Schema};
 use super::ros::{DefinitionError, Dialect, Layout, RosError, short};
-use super::value::Fields;
+use super::value::{Fields, Path};
 use super::{json, protobuf, ros};
 use crate::core::legible::shortened;
 
@@ -20,7 +20,7 @@ const COMPLAINT: (usize, usize) = (200, 1000);
 /// Takes the wanted fields of a channel's messages.
 #[derive(Debug)]
 pub struct Decoder {
-    paths: Vec<String>,
+    paths: Vec<Path>,
     encoding: Encoding,
 }
 
@@ -76,14 +76,17 @@ impl Decoder {
             ("json", _) => Encoding::Json,
             (encoding, schema) => return Err(refusal(encoding, schema)),
         };
-        Ok(Self { paths, encoding })
+        Ok(Self {
+            paths: paths.into_iter().map(Path::from).collect(),
+            encoding,
+        })
     }
 
     /// Takes the wanted fields of one message.
     ///
     /// # Errors
     /// What does not fit.
-    pub fn decode<'m>(&'m self, message: &'m [u8]) -> Result<Fields<'m>, DecodeError> {
+    pub fn decode<'m>(&self, message: &'m [u8]) -> Result<Fields<'_, 'm>, DecodeError> {
         let values = match &self.encoding {
             Encoding::Ros(decoder) => decoder.decode(message).map_err(|error| match error {
                 RosError::Encapsulation(_) => DecodeError::Channel(error.to_string()),

@@ -37,7 +37,7 @@ struct Joint {
 ///
 /// # Errors
 /// Text that is no URDF.
-pub fn fixed_joints(urdf: &str) -> Result<Vec<TransformMessage>, DescriptionError> {
+pub fn fixed_joints(urdf: &str) -> Result<Vec<TransformMessage<'static>>, DescriptionError> {
     let mut reader = Reader::from_str(urdf);
     let (mut depth, mut is_robot) = (0_usize, false);
     let mut fixed: Option<Joint> = None;
@@ -97,14 +97,14 @@ impl Joint {
         Ok(())
     }
 
-    fn transform(self) -> Option<TransformMessage> {
+    fn transform(self) -> Option<TransformMessage<'static>> {
         let [roll, pitch, yaw] = self.rpy;
         let is_turn = self.rpy.iter().all(|n| n.is_finite());
         let turn = is_turn.then(|| UnitQuaternion::from_euler_angles(roll, pitch, yaw));
         let pose = turn.and_then(|turn| placed(self.xyz.into(), turn));
         Some(TransformMessage {
-            parent: name(&self.parent?).into_owned(),
-            child: name(&self.child?).into_owned(),
+            parent: name(&self.parent?).into_owned().into(),
+            child: name(&self.child?).into_owned().into(),
             parent_from_child: pose,
             ..TransformMessage::default()
         })

@@ -10,7 +10,7 @@ use std::rc::Rc;
 
 use super::container::{self, Channel, Schema, Unchecked};
 use super::decoder::Decoder;
-use super::value::Fields;
+use super::value::{Fields, Path};
 use super::{custom, description, json as json_text, types};
 use crate::core::config::channel::ChannelFields;
 
@@ -52,7 +52,8 @@ pub fn custom(input: &[u8]) {
     let Ok(described) = fields else {
         return;
     };
-    let paths = &custom::paths(&described);
+    let paths = custom::paths(&described).into_iter().map(Path::from);
+    let paths: &Vec<Path> = &paths.collect();
     if let Ok(values) = json_text::decode(message, paths)
         && described.problem().is_none()
     {

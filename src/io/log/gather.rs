@@ -1,6 +1,7 @@
 //! Collects what the messages of a log say, channel by channel.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use nalgebra::Isometry3;
 
@@ -24,6 +25,15 @@ const MOST_FORMS: usize = 4;
 /// No more messages than this are odd, and only among more than ten times as many.
 const FEW: u64 = 3;
 
+/// The messages of one topic and frame.
+#[derive(Debug, Clone, Default)]
+struct Heard {
+    /// The forms that they have.
+    forms: Vec<Form>,
+    /// The place of each sonar in the list of all, by its element and form.
+    places: BTreeMap<(Option<usize>, usize), usize>,
+}
+
 /// How many ranges a message has, and where its first and its last beam look.
 type Form = (usize, Isometry3<f64>, Isometry3<f64>);
 
@@ -35,9 +45,9 @@ const MOST_DESCRIPTIONS: usize = 16;
 pub struct Gatherer {
     /// Every sonar, in the order of their first readings.
     pub sources: Vec<Source>,
-    source_index: BTreeMap<SourceKey, usize>,
-    /// The forms that the messages of a topic and frame have.
-    forms: BTreeMap<(String, String), Vec<Form>>,
+    heard: Vec<Heard>,
+    /// Their places by topic and frame.
+    heard_index: BTreeMap<String, BTreeMap<String, usize>>,
     /// Messages without a range, by topic.
     empty: BTreeMap<String, u64>,
     /// Each with the place of its sonar in `sources` for an id.
@@ -83,9 +93,17 @@ impl Gatherer {
                 if ranges.is_empty() {
                     *self.empty.entry(topic.to_owned()).or_default() += 1;
                 }
-                let form = self.form(topic, &ranges);
+                let Some(first) = ranges.first().map(|range| range.frame_id.clone()) else {
+                    return;
+                };
+                let heard = self.heard_at(topic, &first);
+                let form = self.form(heard, &ranges);
                 for range in ranges {
-                    self.take_range(topic, logged_ns, range, form);
+                    let heard = match range.frame_id == first {
+                        true => heard,
+                        false => self.heard_at(topic, &range.frame_id),
+                    };
+                    self.take_range_of(heard, topic, logged_ns, range, form);
                 }
             }
             Content::Odometry(odometry) => {
@@ -136,7 +154,7 @@ impl Gatherer {
 
     /// The number of a message's form among those of its topic and frame; 0 where its beams have frames of
     /// their own.
-    fn form(&mut self, topic: &str, ranges: &[RangeMessage]) -> usize {
+    fn form(&mut self, heard: usize, ranges: &[RangeMessage<'_>]) -> usize {
         let (Some(first), Some(last)) = (ranges.first(), ranges.last()) else {
             return 0;
         };
@@ -144,8 +162,9 @@ impl Gatherer {
             return 0;
         }
         let form = (ranges.len(), first.frame_from_beam, last.frame_from_beam);
-        let key = (topic.to_owned(), first.frame_id.clone());
-        let known = self.forms.entry(key).or_default();
+        let Some(Heard { forms: known, .. }) = self.heard.get_mut(heard) else {
+            return 0;
+        };
         let place = known.iter().position(|other| *other == form);
         let place = place.unwrap_or_else(|| {
             if known.len() <= MOST_FORMS {
@@ -156,24 +175,59 @@ impl Gatherer {
         if place < MOST_FORMS { place } else { 0 }
     }
 
+    /// Where in the list the messages of a topic and frame are.
+    fn heard_at(&mut self, topic: &str, frame: &str) -> usize {
+        let known = self.heard_index.get(topic);
+        if let Some(place) = known.and_then(|frames| frames.get(frame)) {
+            return *place;
+        }
+        let place = self.heard.len();
+        let frames = self.heard_index.entry(topic.to_owned()).or_default();
+        frames.insert(frame.to_owned(), place);
+        self.heard.push(Heard::default());
+        place
+    }
+
     /// Takes a reading of a message of some form, or of none.
-    pub fn take_range(&mut self, topic: &str, logged_ns: i64, range: RangeMessage, form: usize) {
-        let key = SourceKey {
-            topic: topic.to_owned(),
-            frame: range.frame_id,
-            element: range.element,
-            form,
+    pub fn take_range(
+        &mut self,
+        topic: &str,
+        logged_ns: i64,
+        range: RangeMessage<'_>,
+        form: usize,
+    ) {
+        let heard = self.heard_at(topic, &range.frame_id);
+        self.take_range_of(heard, topic, logged_ns, range, form);
+    }
+
+    fn take_range_of(
+        &mut self,
+        heard: usize,
+        topic: &str,
+        logged_ns: i64,
+        range: RangeMessage<'_>,
+        form: usize,
+    ) {
+        let next = self.sources.len();
+        let Some(heard) = self.heard.get_mut(heard) else {
+            return;
         };
-        let index = match self.source_index.get(&key) {
-            Some(index) => *index,
-            None if self.sources.len() == MOST_SONARS => {
+        let index = match heard.places.entry((range.element, form)) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(_) if next == MOST_SONARS => {
                 self.crowded = true;
                 return;
             }
-            None => {
+            Entry::Vacant(new) => {
+                new.insert(next);
+                let key = SourceKey {
+                    topic: topic.to_owned(),
+                    frame: range.frame_id.into_owned(),
+                    element: range.element,
+                    form,
+                };
                 self.sources.push(Source::new(&key, range.frame_from_beam));
-                self.source_index.insert(key, self.sources.len() - 1);
-                self.sources.len() - 1
+                next
             }
         };
         let (Some(source), Ok(id)) = (self.sources.get_mut(index), u16::try_from(index)) else {
@@ -208,7 +262,7 @@ impl Gatherer {
         role: Role,
         topic: &str,
         logged_ns: i64,
-        mut pose: TransformMessage,
+        mut pose: TransformMessage<'_>,
     ) {
         if self.odometry_stamps == StampsFrom::Recording {
             pose.stamp_ns = logged_ns;
@@ -216,9 +270,12 @@ impl Gatherer {
         if role == Role::Odometry {
             self.namespaces.forget_motion();
         }
-        let track = self.tracks.entry(topic.to_owned());
-        let track = track.or_insert_with(|| Odometry::new(role, self.from_speeds));
+        if let Some(track) = self.tracks.get_mut(topic) {
+            return track.take(logged_ns, &pose);
+        }
+        let mut track = Odometry::new(role, self.from_speeds);
         track.take(logged_ns, &pose);
+        self.tracks.insert(topic.to_owned(), track);
     }
 
     /// Leaves out the few messages that are unlike all others of their topic, which says of each what is lost.
@@ -237,8 +294,10 @@ impl Gatherer {
         }
         messages.retain(|(topic, frame, _), count| {
             let (all, most) = topics.get(topic).copied().unwrap_or_default();
-            let forms = self.forms.get(&((*topic).to_owned(), (*frame).to_owned()));
-            let turns = forms.is_some_and(|forms| forms.len() > MOST_FORMS);
+            let frames = self.heard_index.get(*topic);
+            let place = frames.and_then(|frames| frames.get(*frame));
+            let heard = place.and_then(|place| self.heard.get(*place));
+            let turns = heard.is_some_and(|heard| heard.forms.len() > MOST_FORMS);
             !turns && *count <= FEW && most > 10 * *count && 10 * (all - most) < all
         });
         let is_odd = |key: &SourceKey| messages.contains_key(&(&*key.topic, &*key.frame, key.form));
@@ -263,12 +322,17 @@ impl Gatherer {
             }
         }
         self.messages -= lost;
-        self.source_index.clear();
+        self.forget_places();
         let all = std::mem::take(&mut self.sources).into_iter().zip(odd);
         let ids: Vec<Option<u16>> =
             (all.map(|(source, is_odd)| self.keep(source, is_odd))).collect();
         self.renumber(&ids);
         losses
+    }
+
+    /// The sonars are to be numbered anew.
+    fn forget_places(&mut self) {
+        self.heard.iter_mut().for_each(|heard| heard.places.clear());
     }
 
     /// The place of a source that is not odd, which may be one with what is known already.
@@ -278,7 +342,15 @@ impl Gatherer {
         }
         source.key.form = 0;
         let next = self.sources.len();
-        let place = *self.source_index.entry(source.key.clone()).or_insert(next);
+        let SourceKey {
+            topic,
+            frame,
+            element,
+            ..
+        } = &source.key;
+        let heard = self.heard_at(topic, frame);
+        let heard = self.heard.get_mut(heard)?;
+        let place = *heard.places.entry((*element, 0)).or_insert(next);
         match self.sources.get_mut(place) {
             Some(known) => known.join(&source),
             None => self.sources.push(source),
@@ -292,7 +364,7 @@ impl Gatherer {
         match role {
             Role::Range => {
                 self.sources.clear();
-                self.source_index.clear();
+                self.forget_places();
                 self.readings.clear();
                 self.hits.clear();
                 let reading = RangeMessage {
@@ -316,7 +388,7 @@ impl Gatherer {
 
     /// Leaves out the ranges on some topics; how many sonars these are.
     pub fn leave_out_ranges(&mut self, is_left_out: impl Fn(&str) -> bool) -> usize {
-        self.source_index.clear();
+        self.forget_places();
         let all = std::mem::take(&mut self.sources).into_iter();
         let mut count = 0;
         let mut keep = |source: Source| {
@@ -350,7 +422,7 @@ mod tests {
     use super::*;
 
     /// A scan of so many beams from a bearing on, radians.
-    fn scan(beams: usize, from: f64) -> Content {
+    fn scan(beams: usize, from: f64) -> Content<'static> {
         let beam = |element| RangeMessage {
             element: Some(element),
             frame_from_beam: Isometry3::rotation(nalgebra::Vector3::z() * (from + element as f64)),
@@ -359,7 +431,7 @@ mod tests {
         Content::Ranges((0..beams).map(beam).collect())
     }
 
-    fn gathered(scans: impl IntoIterator<Item = Content>) -> (Gatherer, Vec<String>) {
+    fn gathered(scans: impl IntoIterator<Item = Content<'static>>) -> (Gatherer, Vec<String>) {
         let mut gatherer = Gatherer::default();
         for content in scans {
             let (role, topic) = (Role::Range, "/scan");

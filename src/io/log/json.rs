@@ -2,14 +2,14 @@
 
 use serde_json::Value as Json;
 
-use super::value::{NANOSECONDS, SECONDS, Value, time_of};
+use super::value::{NANOSECONDS, Path, SECONDS, Value, time_of};
 
 /// What stands at each path of a message. Names for numbers that JSON does not have, as Python writes them
 /// (`NaN`, `Infinity`, `-Infinity`), are read too.
 ///
 /// # Errors
 /// Text that is not JSON.
-pub fn decode(message: &[u8], paths: &[String]) -> Result<Vec<Value<'static>>, serde_json::Error> {
+pub fn decode(message: &[u8], paths: &[Path]) -> Result<Vec<Value<'static>>, serde_json::Error> {
     let parsed: Result<Json, _> = serde_json::from_slice(message);
     let json = match parsed {
         Ok(json) => json,
@@ -18,7 +18,7 @@ pub fn decode(message: &[u8], paths: &[String]) -> Result<Vec<Value<'static>>, s
             None => return Err(error),
         },
     };
-    let at = |path: &String| match path.as_str() {
+    let at = |path: &Path| match path.text.as_str() {
         "" => Value::Nothing,
         path => find(&json, path),
     };
@@ -105,7 +105,8 @@ mod tests {
     use super::*;
 
     fn values(text: &str, paths: &[&str]) -> Vec<Value<'static>> {
-        let paths: Vec<String> = paths.iter().map(|path| (*path).to_owned()).collect();
+        let paths = paths.iter().map(|path| Path::from((*path).to_owned()));
+        let paths: Vec<Path> = paths.collect();
         decode(text.as_bytes(), &paths).unwrap()
     }
 

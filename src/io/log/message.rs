@@ -1,5 +1,7 @@
 //! What the messages of a log say, whatever type they are of.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Point3};
 
 /// No more sonars than this are told apart.
@@ -23,20 +25,20 @@ pub enum Role {
 
 /// What one message says.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Content {
+pub enum Content<'m> {
     /// Range readings, one or a ring of them.
-    Ranges(Vec<RangeMessage>),
+    Ranges(Vec<RangeMessage<'m>>),
     /// So many ranges that they are not even looked at.
     Crowd(usize),
     /// The world's frame is the parent, the robot's the child.
-    Odometry(TransformMessage),
-    Transforms(Vec<TransformMessage>),
+    Odometry(TransformMessage<'m>),
+    Transforms(Vec<TransformMessage<'m>>),
     Hits(HitsMessage),
     /// A URDF.
     Description(String),
 }
 
-impl Content {
+impl Content<'_> {
     /// How many sonars it has a range of.
     pub fn sonars(&self) -> usize {
         match self {
@@ -50,7 +52,8 @@ impl Content {
     /// The same with lengths in another unit.
     pub fn scaled(mut self, metres_per_unit: f64) -> Self {
         let scale = |pose: &mut Isometry3<f64>| pose.translation.vector *= metres_per_unit;
-        let place = |pose: &mut TransformMessage| pose.parent_from_child.iter_mut().for_each(scale);
+        let place =
+            |pose: &mut TransformMessage<'_>| pose.parent_from_child.iter_mut().for_each(scale);
         match &mut self {
             _ if metres_per_unit == 1.0 => {}
             Self::Ranges(ranges) => ranges.iter_mut().for_each(|reading| {
@@ -82,12 +85,12 @@ impl Content {
 
 /// One reading of one sonar. Metres, radians; stamps are 0 where the driver gave none.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RangeMessage {
+pub struct RangeMessage<'m> {
     pub stamp_ns: i64,
     /// How much later than the message's stamp it was taken, nanoseconds.
     pub delay_ns: i64,
     /// Frame of the sensor, without a leading slash, as every frame below.
-    pub frame_id: String,
+    pub frame_id: Cow<'m, str>,
     /// Which of a message's sonars, where it has more than one.
     pub element: Option<usize>,
     /// The beam in the sensor's frame: its axis is x.
@@ -108,13 +111,13 @@ pub struct RangeMessage {
     pub in_degrees: bool,
 }
 
-impl RangeMessage {
+impl<'m> RangeMessage<'m> {
     /// A reading of which nothing is known but its value, metres.
-    pub fn plain(stamp_ns: i64, frame_id: &str, range: f64) -> Self {
+    pub fn plain(stamp_ns: i64, frame_id: impl Into<Cow<'m, str>>, range: f64) -> Self {
         Self {
             stamp_ns,
             delay_ns: 0,
-            frame_id: frame_id.to_owned(),
+            frame_id: frame_id.into(),
             element: None,
             frame_from_beam: Isometry3::identity(),
             range,
@@ -131,11 +134,11 @@ impl RangeMessage {
 
 /// Where one frame is in another.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct TransformMessage {
+pub struct TransformMessage<'m> {
     pub stamp_ns: i64,
-    pub parent: String,
+    pub parent: Cow<'m, str>,
     /// Empty where the message does not name it.
-    pub child: String,
+    pub child: Cow<'m, str>,
     /// `None` where a number is not finite or the quaternion is zero.
     pub parent_from_child: Option<Isometry3<f64>>,
     /// The orientation as the message has it, x, y, z and w, of whatever length; `None` where it has none.

@@ -69,7 +69,7 @@ pub struct Chosen {
 }
 
 impl Named {
-    fn take(&mut self, message: &TransformMessage, sample: OdometrySample, from_speeds: bool) {
+    fn take(&mut self, message: &TransformMessage<'_>, sample: OdometrySample, from_speeds: bool) {
         self.traits.take(message, sample);
         let first = self.samples.first().unwrap_or(&sample);
         let is_first = first.world_from_robot == sample.world_from_robot;
@@ -130,14 +130,14 @@ impl Odometry {
     }
 
     /// Takes what a message says, recorded at `logged_ns`, of one frame in another.
-    pub fn take(&mut self, logged_ns: i64, pose: &TransformMessage) {
+    pub fn take(&mut self, logged_ns: i64, pose: &TransformMessage<'_>) {
         self.messages += 1;
         self.clock.take(pose.stamp_ns, logged_ns);
         self.unstamped += u64::from(pose.stamp_ns == 0);
         // A frame that moves in itself is a slip of the driver (dawonn/vectornav#55), and names nothing.
         let child = match pose.child == pose.parent {
             true => "",
-            false => &pose.child,
+            false => &*pose.child,
         };
         let is_same = |n: &Named| n.world_frame == pose.parent && n.robot_frame == child;
         let place = self.poses.iter().position(is_same);
@@ -151,7 +151,7 @@ impl Odometry {
         let place = place.unwrap_or(self.poses.len());
         if place == self.poses.len() {
             self.poses.push(Named {
-                world_frame: pose.parent.clone(),
+                world_frame: pose.parent.to_string(),
                 robot_frame: child.to_owned(),
                 samples: Vec::new(),
                 twists: Vec::new(),
@@ -337,13 +337,13 @@ type One<'a> = (&'a Edge, &'a Course);
 
 impl Moving {
     /// Takes a transform.
-    pub fn take(&mut self, topic: &str, logged_ns: i64, transform: &TransformMessage) {
+    pub fn take(&mut self, topic: &str, logged_ns: i64, transform: &TransformMessage<'_>) {
         if self.samples == MOST_SAMPLES && !self.overfull {
             self.overfull = true;
             self.edges.retain(|edge, _| sounds_like_a_robot(edge));
             self.samples = self.edges.values().map(|course| course.track.len()).sum();
         }
-        let edge = (transform.parent.clone(), transform.child.clone());
+        let edge = (transform.parent.to_string(), transform.child.to_string());
         let is_known = self.edges.contains_key(&edge);
         let is_robot = sounds_like_a_robot(&edge);
         if self.samples >= MOST_SAMPLES

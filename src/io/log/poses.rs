@@ -8,9 +8,9 @@ use super::message::{Content, FARTHEST, TransformMessage};
 use super::value::{Field, FieldError, Fields, Value};
 
 /// `nav_msgs/Odometry`.
-pub fn odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn odometry<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [pose @ .., forward, left, turn] = &fields.all::<13>();
-    let twist = [forward, left, turn].map(|part| part.number().ok().filter(|n| n.is_finite()));
+    let twist = [forward, left, turn].map(|part| part.value.as_number().filter(|n| n.is_finite()));
     Ok(Content::Odometry(TransformMessage {
         twist: match twist {
             [Some(forward), Some(left), Some(turn)] => Some([forward, left, turn]),
@@ -21,12 +21,12 @@ pub fn odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
 }
 
 /// `geometry_msgs/TransformStamped` on a topic of its own.
-pub fn transform_stamped(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn transform_stamped<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     transform(&fields.all(), isometry).map(Content::Odometry)
 }
 
 /// `geometry_msgs/PoseStamped` and `PoseWithCovarianceStamped`.
-pub fn pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn pose<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, world, pose @ ..] = fields.all::<9>();
     Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time()?,
@@ -37,24 +37,24 @@ pub fn pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
     }))
 }
 
-pub fn foxglove_odometry(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn foxglove_odometry<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, world, robot, is_there, pose @ ..] = fields.all::<11>();
     let robot_frame = robot.frame()?;
     foxglove_stamped(&stamp, &world, robot_frame, &is_there, &pose)
 }
 
-pub fn foxglove_pose(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn foxglove_pose<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, world, is_there, pose @ ..] = fields.all::<10>();
-    foxglove_stamped(&stamp, &world, String::new(), &is_there, &pose)
+    foxglove_stamped(&stamp, &world, Cow::Borrowed(""), &is_there, &pose)
 }
 
-fn foxglove_stamped(
-    stamp: &Field<'_>,
-    world: &Field<'_>,
-    robot_frame: String,
-    is_there: &Field<'_>,
-    pose: &[Field<'_>; 7],
-) -> Result<Content, FieldError> {
+fn foxglove_stamped<'m>(
+    stamp: &Field<'_, 'm>,
+    world: &Field<'_, 'm>,
+    robot_frame: Cow<'m, str>,
+    is_there: &Field<'_, 'm>,
+    pose: &[Field<'_, 'm>; 7],
+) -> Result<Content<'m>, FieldError> {
     Ok(Content::Odometry(TransformMessage {
         stamp_ns: stamp.time_or_zero()?,
         parent: world.frame()?,
@@ -69,22 +69,22 @@ fn foxglove_stamped(
 }
 
 /// `tf2_msgs/TFMessage`.
-pub fn transforms(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn transforms<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     each(fields, isometry)
 }
 
-pub fn foxglove_transforms(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn foxglove_transforms<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     each(fields, foxglove_isometry)
 }
 
-pub fn foxglove_transform(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn foxglove_transform<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let transform = transform(&fields.all(), foxglove_isometry)?;
     Ok(Content::Transforms(vec![transform]))
 }
 
-type Pose = fn(&[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError>;
+type Pose = fn(&[Field<'_, '_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError>;
 
-fn each(fields: &Fields<'_>, pose: Pose) -> Result<Content, FieldError> {
+fn each<'m>(fields: &Fields<'_, 'm>, pose: Pose) -> Result<Content<'m>, FieldError> {
     let columns = fields.all::<10>();
     let [_, parent, ..] = &columns;
     let count = parent.count().ok_or_else(|| parent.missing("a list"))?;
@@ -94,7 +94,10 @@ fn each(fields: &Fields<'_>, pose: Pose) -> Result<Content, FieldError> {
     ))
 }
 
-fn transform(fields: &[Field<'_>; 10], pose: Pose) -> Result<TransformMessage, FieldError> {
+fn transform<'m>(
+    fields: &[Field<'_, 'm>; 10],
+    pose: Pose,
+) -> Result<TransformMessage<'m>, FieldError> {
     let [stamp, parent, child, place @ ..] = fields;
     Ok(TransformMessage {
         stamp_ns: stamp.time_or_zero()?,
@@ -111,7 +114,7 @@ fn transform(fields: &[Field<'_>; 10], pose: Pose) -> Result<TransformMessage, F
 ///
 /// # Errors
 /// A field that is not there.
-fn isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
+fn isometry(pose: &[Field<'_, '_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
     let [x, y, z, turn @ ..] = pose;
     let position = Vector3::new(x.number()?, y.number()?, z.number()?);
     Ok(rotation(turn)?.and_then(|turn| placed(position, turn)))
@@ -122,7 +125,7 @@ fn isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError>
 ///
 /// # Errors
 /// A field that is not there in a part that is.
-pub fn foxglove_isometry(pose: &[Field<'_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
+pub fn foxglove_isometry(pose: &[Field<'_, '_>; 7]) -> Result<Option<Isometry3<f64>>, FieldError> {
     let mut pose = pose.clone();
     let (place, turn) = pose.split_at_mut(3);
     for (part, default) in [(place, &[0.0, 0.0, 0.0][..]), (turn, &[0.0, 0.0, 0.0, 1.0])] {
@@ -141,13 +144,13 @@ pub fn placed(position: Vector3<f64>, turn: UnitQuaternion<f64>) -> Option<Isome
     is_place.then(|| Isometry3::from_parts(position.into(), turn))
 }
 
-fn turn_of<'p, 'f>([_, _, _, turn @ ..]: &'p [Field<'f>; 7]) -> &'p [Field<'f>; 4] {
+fn turn_of<'p, 'f, 'm>([_, _, _, turn @ ..]: &'p [Field<'f, 'm>; 7]) -> &'p [Field<'f, 'm>; 4] {
     turn
 }
 
 /// A quaternion (x, y, z, w) of whatever length; `None` where it is not there.
-pub fn as_written(turn: &[Field<'_>; 4]) -> Option<[f64; 4]> {
-    let [x, y, z, w] = turn.each_ref().map(|part| part.number().ok());
+pub fn as_written(turn: &[Field<'_, '_>; 4]) -> Option<[f64; 4]> {
+    let [x, y, z, w] = turn.each_ref().map(|part| part.value.as_number());
     Some([x?, y?, z?, w?])
 }
 
@@ -155,7 +158,9 @@ pub fn as_written(turn: &[Field<'_>; 4]) -> Option<[f64; 4]> {
 ///
 /// # Errors
 /// A field that is not there.
-pub fn rotation([x, y, z, w]: &[Field<'_>; 4]) -> Result<Option<UnitQuaternion<f64>>, FieldError> {
+pub fn rotation(
+    [x, y, z, w]: &[Field<'_, '_>; 4],
+) -> Result<Option<UnitQuaternion<f64>>, FieldError> {
     let orientation = Quaternion::new(w.number()?, x.number()?, y.number()?, z.number()?);
     let norm = orientation.norm();
     let is_turn = norm.is_finite() && norm > 1e-6;
@@ -167,7 +172,7 @@ mod tests {
     use super::*;
     use crate::io::log::types::read_json;
 
-    fn odometry_of(name: &str, text: &str) -> TransformMessage {
+    fn odometry_of(name: &str, text: &str) -> TransformMessage<'static> {
         match read_json(name, text).unwrap() {
             Content::Odometry(odometry) => odometry,
             other => panic!("{other:?}"),

@@ -1,5 +1,6 @@
 //! Messages that hold ranges: one sonar's, or those of a ring; and point clouds, where the beams of a ring ended.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -10,7 +11,7 @@ use super::poses::foxglove_isometry;
 use super::value::{Field, FieldError, Fields, Value};
 
 /// `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
-pub fn range(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn range<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     const INFRARED: f64 = 1.0;
     let [
         stamp,
@@ -23,17 +24,18 @@ pub fn range(fields: &Fields<'_>) -> Result<Content, FieldError> {
         radiation,
     ] = fields.all();
     Ok(Content::Ranges(vec![RangeMessage {
-        infrared: radiation.number() == Ok(INFRARED),
+        infrared: radiation.value.as_number() == Some(INFRARED),
         min_range: min_range.number()?,
         max_range: max_range.distance()?,
         beam_width: width.number()?,
-        variance: variance.number().unwrap_or(0.0),
-        ..RangeMessage::plain(stamp.time()?, &frame.frame()?, range.distance()?)
+        // Humble's has none.
+        variance: variance.value.as_number().unwrap_or(0.0),
+        ..RangeMessage::plain(stamp.time()?, frame.frame()?, range.distance()?)
     }]))
 }
 
 /// `sensor_msgs/LaserScan` as a ring of sonars.
-pub fn laser_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn laser_scan<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [
         stamp,
         frame,
@@ -61,7 +63,7 @@ pub fn laser_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
 }
 
 /// `foxglove.LaserScan` as a ring of sonars; it knows no limits of range.
-pub fn foxglove_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn foxglove_scan<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, frame, ranges, start, end, is_there, pose @ ..] = fields.all::<13>();
     let frame_from_scan = if is_there.is_there() {
         let pose = foxglove_isometry(&pose)?;
@@ -86,9 +88,9 @@ pub fn foxglove_scan(fields: &Fields<'_>) -> Result<Content, FieldError> {
 }
 
 /// Ranges at bearings that are evenly apart. Radians, metres, seconds.
-struct Scan {
+struct Scan<'m> {
     stamp_ns: i64,
-    frame_id: String,
+    frame_id: Cow<'m, str>,
     /// Bearings count from its x axis, about its z axis.
     frame_from_scan: Isometry3<f64>,
     start: f64,
@@ -104,8 +106,8 @@ struct Scan {
 /// A scan of more than a turn, radians, is one in degrees.
 const MORE_THAN_A_TURN: f64 = 1.1 * TAU;
 
-impl Scan {
-    fn content(mut self) -> Content {
+impl<'m> Scan<'m> {
+    fn content(mut self) -> Content<'m> {
         if self.ranges.len() > MOST_SONARS {
             return Content::Crowd(self.ranges.len());
         }
@@ -123,7 +125,7 @@ impl Scan {
         Content::Ranges(beams)
     }
 
-    fn beams(&self) -> Vec<RangeMessage> {
+    fn beams(&self) -> Vec<RangeMessage<'m>> {
         if let [range] = self.ranges.as_slice() {
             // One sonar, as wide as the scan.
             let middle = (self.start + self.end) / 2.0;
@@ -148,7 +150,7 @@ impl Scan {
             .collect()
     }
 
-    fn beam(&self, bearing: f64, range: f64) -> RangeMessage {
+    fn beam(&self, bearing: f64, range: f64) -> RangeMessage<'m> {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), bearing);
         RangeMessage {
             frame_from_beam: self.frame_from_scan
@@ -156,7 +158,7 @@ impl Scan {
             min_range: self.min_range,
             max_range: self.max_range,
             likely_beam_width: self.increment.abs(),
-            ..RangeMessage::plain(self.stamp_ns, &self.frame_id, range)
+            ..RangeMessage::plain(self.stamp_ns, self.frame_id.clone(), range)
         }
     }
 }
@@ -171,7 +173,7 @@ fn delay_ns(seconds: f64) -> i64 {
 }
 
 /// `sensor_msgs/PointCloud`.
-pub fn point_cloud(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn point_cloud<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, frame, x, y, z] = fields.all();
     let count = x.count().ok_or_else(|| x.missing("a list"))?;
     let point = |i| {
@@ -185,7 +187,7 @@ pub fn point_cloud(fields: &Fields<'_>) -> Result<Content, FieldError> {
 }
 
 /// `sensor_msgs/PointCloud2` with coordinates of 32 or 64 bits.
-pub fn point_cloud_2(fields: &Fields<'_>) -> Result<Content, FieldError> {
+pub fn point_cloud_2<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, frame, names, offsets, kinds, big_endian, step, data] = fields.all();
     let big_endian = big_endian.number()? != 0.0;
     let layout = ["x", "y", "z"].map(|name| {
@@ -232,18 +234,18 @@ fn number(bytes: &[u8], big_endian: bool) -> Option<f64> {
 }
 
 /// A cloud, whose points are only read where there are no more of them than sonars can be told apart.
-fn hits(
-    stamp: &Field<'_>,
-    frame: &Field<'_>,
+fn hits<'m>(
+    stamp: &Field<'_, 'm>,
+    frame: &Field<'_, 'm>,
     count: usize,
     points: impl FnOnce() -> Result<Vec<Point3<f64>>, FieldError>,
-) -> Result<Content, FieldError> {
+) -> Result<Content<'m>, FieldError> {
     if count > MOST_SONARS {
         return Ok(Content::Crowd(count));
     }
     Ok(Content::Hits(HitsMessage {
         stamp_ns: stamp.time()?,
-        frame_id: frame.frame()?,
+        frame_id: frame.frame()?.into_owned(),
         points: points()?,
     }))
 }
@@ -256,14 +258,14 @@ mod tests {
     const ROS: &str = "sensor_msgs/LaserScan";
     const FOXGLOVE: &str = "foxglove.LaserScan";
 
-    fn beams(name: &str, text: &str) -> Vec<RangeMessage> {
+    fn beams(name: &str, text: &str) -> Vec<RangeMessage<'static>> {
         match read_json(name, text).unwrap() {
             Content::Ranges(beams) => beams,
             other => panic!("{other:?}"),
         }
     }
 
-    fn bearing(beam: &RangeMessage) -> f64 {
+    fn bearing(beam: &RangeMessage<'_>) -> f64 {
         beam.frame_from_beam.rotation.euler_angles().2
     }
 

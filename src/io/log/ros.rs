@@ -45,6 +45,16 @@ pub struct Layout {
     pub least_bytes: usize,
     /// How deep types are nested in it.
     height: usize,
+    /// What each of its fields is of a time, where it is one.
+    time: Option<Vec<TimePart>>,
+}
+
+/// What a field is of a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TimePart {
+    Seconds,
+    Nanoseconds,
+    Nothing,
 }
 
 #[derive(Debug, Clone)]
@@ -155,6 +165,7 @@ impl Layout {
                 (true, Dialect::Ros2) => 1, // an empty struct takes one byte
                 _ => fields.iter().fold(0, sum),
             },
+            time: time_parts(&fields),
             fields,
             height,
         }))
@@ -400,7 +411,7 @@ impl Decoder {
             cdr: self.dialect == Dialect::Ros2,
             big_endian,
         };
-        let mut values = vec![Value::Nothing; self.wanted];
+        let mut values: Vec<_> = (0..self.wanted).map(|_| Value::Nothing).collect();
         reader.read(&self.plan, &mut values)?;
         match reader.rest.len() {
             left @ 1.. if !reader.cdr => Err(RosError::Long(left)),
@@ -434,15 +445,21 @@ impl Plan {
     }
 }
 
-/// Whether a message is a time: of two whole numbers that are called so.
-fn is_time(layout: &Layout) -> bool {
-    let has = |names: &[&str]| {
-        layout.fields.iter().any(|(name, field)| {
-            let is_number = matches!(field.element, Element::Number(_));
-            names.contains(&&**name) && is_number && field.count == Count::One
+/// What each field is of a time, where two whole numbers are called as those of a time.
+fn time_parts(fields: &[(Rc<str>, Field)]) -> Option<Vec<TimePart>> {
+    let part = |(name, _): &(Rc<str>, Field)| match &**name {
+        name if SECONDS.contains(&name) => TimePart::Seconds,
+        name if NANOSECONDS.contains(&name) => TimePart::Nanoseconds,
+        _ => TimePart::Nothing,
+    };
+    let has = |wanted: TimePart| {
+        let mut of = fields.iter().filter(|field| part(field) == wanted);
+        of.any(|(_, field)| {
+            matches!(field.element, Element::Number(_)) && field.count == Count::One
         })
     };
-    has(&SECONDS) && has(&NANOSECONDS)
+    (has(TimePart::Seconds) && has(TimePart::Nanoseconds))
+        .then(|| fields.iter().map(part).collect())
 }
 
 struct Reader<'m> {
@@ -464,11 +481,11 @@ impl<'m> Reader<'m> {
                 Take::Nothing => self.skip(field)?,
                 Take::Whole(slots) => {
                     let value = self.whole(field)?;
-                    put(out, slots, &value);
+                    put(out, slots, value);
                 }
                 Take::Inside(slots, plan, _) if field.count == Count::One => {
                     self.read(plan, out)?;
-                    put(out, slots, &Value::Message);
+                    put(out, slots, Value::Message);
                 }
                 Take::Inside(slots, plan, all) => self.columns(field, plan, slots, all, out)?,
             }
@@ -489,7 +506,7 @@ impl<'m> Reader<'m> {
         let mut columns = vec![Vec::with_capacity(count); all.len()];
         for _ in 0..count {
             self.read(plan, out)?;
-            put(out, slots, &Value::Message);
+            put(out, slots, Value::Message);
             for (column, slot) in columns.iter_mut().zip(all) {
                 column.extend(
                     out.get_mut(*slot)
@@ -498,7 +515,7 @@ impl<'m> Reader<'m> {
             }
         }
         for (column, slot) in columns.into_iter().zip(all) {
-            put(out, &[*slot], &Value::List(column));
+            put(out, &[*slot], Value::List(column));
         }
         Ok(())
     }
@@ -525,23 +542,27 @@ impl<'m> Reader<'m> {
             Element::Number(number) => self.number(*number),
             Element::Text => Ok(Value::Text(self.text()?)),
             Element::WideText => Err(RosError::WideText),
-            Element::Nested(layout) if is_time(layout) => self.time(layout),
-            Element::Nested(layout) => {
-                self.skip_message(layout)?;
-                Ok(Value::Message)
-            }
+            Element::Nested(layout) => match &layout.time {
+                Some(parts) => self.time(layout, parts),
+                None => {
+                    self.skip_message(layout)?;
+                    Ok(Value::Message)
+                }
+            },
         }
     }
 
-    fn time(&mut self, layout: &Layout) -> Result<Value<'m>, RosError> {
+    fn time(&mut self, layout: &Layout, parts: &[TimePart]) -> Result<Value<'m>, RosError> {
         let (mut seconds, mut nanoseconds) = (0, 0);
-        for (name, field) in &layout.fields {
-            if SECONDS.contains(&&**name) {
-                seconds = self.one(&field.element)?.as_integer().unwrap_or(0);
-            } else if NANOSECONDS.contains(&&**name) {
-                nanoseconds = self.one(&field.element)?.as_integer().unwrap_or(0);
-            } else {
-                self.skip(field)?;
+        for ((_, field), part) in layout.fields.iter().zip(parts) {
+            match part {
+                TimePart::Seconds => {
+                    seconds = self.one(&field.element)?.as_integer().unwrap_or(0);
+                }
+                TimePart::Nanoseconds => {
+                    nanoseconds = self.one(&field.element)?.as_integer().unwrap_or(0);
+                }
+                TimePart::Nothing => self.skip(field)?,
             }
         }
         Ok(Value::Time(time_of(seconds, nanoseconds)))
@@ -661,11 +682,17 @@ impl<'m> Reader<'m> {
     }
 }
 
-fn put<'m>(out: &mut [Value<'m>], slots: &[usize], value: &Value<'m>) {
-    for slot in slots {
+fn put<'m>(out: &mut [Value<'m>], slots: &[usize], value: Value<'m>) {
+    let Some((last, others)) = slots.split_last() else {
+        return;
+    };
+    for slot in others {
         if let Some(place) = out.get_mut(*slot) {
             *place = value.clone();
         }
+    }
+    if let Some(place) = out.get_mut(*last) {
+        *place = value;
     }
 }
 

@@ -138,7 +138,7 @@ fn look(
 
 /// The stamp that a message carries; none for transforms, as those that never move are stamped in
 /// every way.
-fn stamp(content: &Content) -> Option<i64> {
+fn stamp(content: &Content<'_>) -> Option<i64> {
     match content {
         Content::Ranges(ranges) => ranges.first().map(|range| range.stamp_ns),
         Content::Odometry(odometry) => Some(odometry.stamp_ns),

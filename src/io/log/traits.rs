@@ -93,7 +93,7 @@ impl PoseTraits {
     }
 
     /// Takes a message that says the pose of a sample.
-    pub fn take(&mut self, message: &TransformMessage, sample: OdometrySample) {
+    pub fn take(&mut self, message: &TransformMessage<'_>, sample: OdometrySample) {
         self.poses += 1;
         if let Some([x, y, z, w]) = message.quaternion {
             let length = (x * x + y * y + z * z + w * w).sqrt();

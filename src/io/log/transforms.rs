@@ -103,31 +103,33 @@ impl Mount {
 
 impl TransformTree {
     /// Takes a transform. Among those from `/tf` the first counts, else the last.
-    pub fn add(&mut self, transform: TransformMessage, origin: Origin) {
-        let is_known = self.edges.contains_key(&transform.child);
-        if !is_known && self.edges.len() + self.unusable.len() >= MOST_FRAMES {
+    pub fn add(&mut self, transform: TransformMessage<'_>, origin: Origin) {
+        let frames = self.edges.len() + self.unusable.len();
+        let known = self.edges.get_mut(&*transform.child);
+        if known.is_none() && frames >= MOST_FRAMES {
             return;
         }
         let Some(parent_from_child) = transform.parent_from_child else {
-            *self.unusable.entry(transform.child).or_default() += 1;
+            let child = transform.child.into_owned();
+            *self.unusable.entry(child).or_default() += 1;
             return;
         };
-        let edge = Edge {
-            parent: transform.parent,
-            parent_from_child,
-            origin,
-            moved: false,
-        };
-        match self.edges.get_mut(&transform.child) {
+        match known {
             Some(known) if known.origin > origin => {}
             Some(known) if known.origin == origin && origin == Origin::Moving => {
-                let change = known.parent_from_child.inv_mul(&edge.parent_from_child);
-                known.moved |= known.parent != edge.parent
+                let change = known.parent_from_child.inv_mul(&parent_from_child);
+                known.moved |= known.parent != transform.parent
                     || change.translation.vector.norm() > 1e-3
                     || change.rotation.imag().norm() > 1e-3;
             }
             _ => {
-                self.edges.insert(transform.child, edge);
+                let edge = Edge {
+                    parent: transform.parent.into_owned(),
+                    parent_from_child,
+                    origin,
+                    moved: false,
+                };
+                self.edges.insert(transform.child.into_owned(), edge);
             }
         }
     }

@@ -8,7 +8,7 @@ use super::value::{FieldError, Fields};
 use super::{poses, ranges};
 
 /// Makes a message of the wanted fields.
-pub type Read = fn(&Fields<'_>) -> Result<Content, FieldError>;
+pub type Read = for<'m> fn(&Fields<'_, 'm>) -> Result<Content<'m>, FieldError>;
 
 /// A type that is read.
 #[derive(Debug)]
@@ -162,16 +162,17 @@ pub fn is_one_sonar(type_name: &str) -> bool {
     short(type_name) == "sensor_msgs/Range"
 }
 
-fn description(fields: &Fields<'_>) -> Result<Content, FieldError> {
+fn description<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [data] = fields.all();
     Ok(Content::Description(data.text()?.to_owned()))
 }
 
 /// Reads a message of a known type from JSON.
 #[cfg(test)]
-pub fn read_json(name: &str, text: &str) -> Result<Content, FieldError> {
+pub fn read_json(name: &str, text: &str) -> Result<Content<'static>, FieldError> {
     let known = known(name, "").unwrap();
-    let paths = &known.paths();
+    let paths = known.paths().into_iter().map(super::value::Path::from);
+    let paths: &Vec<_> = &paths.collect();
     let values = super::json::decode(text.as_bytes(), paths).unwrap();
     (known.read)(&Fields { paths, values })
 }

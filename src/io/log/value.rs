@@ -35,37 +35,62 @@ pub struct FieldError {
     pub expected: &'static str,
 }
 
+/// Where a wanted field stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Path {
+    pub text: String,
+    /// The element that it chooses of an array.
+    element: Option<usize>,
+}
+
+impl From<String> for Path {
+    fn from(text: String) -> Self {
+        Self {
+            element: element_of(&text),
+            text,
+        }
+    }
+}
+
 /// The wanted fields of one message.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fields<'m> {
-    pub paths: &'m [String],
+pub struct Fields<'p, 'm> {
+    pub paths: &'p [Path],
     /// One for each path.
     pub values: Vec<Value<'m>>,
 }
 
-impl Fields<'_> {
+impl<'m> Fields<'_, 'm> {
     /// The first so many of them.
-    pub fn all<const N: usize>(&self) -> [Field<'_>; N] {
-        std::array::from_fn(|i| {
-            let path = self.paths.get(i).map_or("", String::as_str);
-            let value = self.values.get(i).unwrap_or(&Value::Nothing);
-            let value = match element_of(path) {
-                Some(element) => Cow::Owned(value.element(element)),
-                None => Cow::Borrowed(value),
-            };
-            Field { path, value }
+    pub fn all<const N: usize>(&self) -> [Field<'_, 'm>; N] {
+        let mut all = self.paths.iter().zip(&self.values);
+        std::array::from_fn(|_| match all.next() {
+            None => Field::NOTHING,
+            Some((path, value)) => Field {
+                path: &path.text,
+                value: match path.element {
+                    Some(element) => Cow::Owned(value.element(element)),
+                    None => Cow::Borrowed(value),
+                },
+            },
         })
     }
 }
 
 /// One field of a message.
 #[derive(Debug, Clone)]
-pub struct Field<'a> {
-    pub path: &'a str,
-    pub value: Cow<'a, Value<'a>>,
+pub struct Field<'f, 'm> {
+    pub path: &'f str,
+    pub value: Cow<'f, Value<'m>>,
 }
 
-impl<'a> Field<'a> {
+impl<'m> Field<'_, 'm> {
+    /// What stands where a message has no more fields.
+    const NOTHING: Self = Self {
+        path: "",
+        value: Cow::Owned(Value::Nothing),
+    };
+
     pub fn is_there(&self) -> bool {
         *self.value != Value::Nothing
     }
@@ -81,19 +106,21 @@ impl<'a> Field<'a> {
     }
 
     /// What an element of a column has; what is no column is the same for all elements.
-    pub fn at(&'a self, element: usize) -> Self {
+    pub fn at(&self, element: usize) -> Field<'_, 'm> {
         let value = match &*self.value {
             Value::Bytes(bytes) => bytes.get(element).map(|byte| Value::Int((*byte).into())),
             Value::Numbers(numbers) => numbers.get(element).copied().map(Value::Float),
             Value::List(items) => {
-                return Self {
+                return Field {
                     path: self.path,
-                    value: Cow::Borrowed(items.get(element).unwrap_or(&Value::Nothing)),
+                    value: items
+                        .get(element)
+                        .map_or(Cow::Owned(Value::Nothing), Cow::Borrowed),
                 };
             }
             _ => return self.clone(),
         };
-        Self {
+        Field {
             path: self.path,
             value: Cow::Owned(value.unwrap_or(Value::Nothing)),
         }
@@ -136,8 +163,13 @@ impl<'a> Field<'a> {
     }
 
     /// The name of a frame, without a leading slash.
-    pub fn frame(&self) -> Result<String, FieldError> {
-        Ok(name(self.text()?.trim_start_matches('/')).into_owned())
+    pub fn frame(&self) -> Result<Cow<'m, str>, FieldError> {
+        match &*self.value {
+            Value::Text(Cow::Borrowed(text)) => Ok(name(text.trim_start_matches('/'))),
+            _ => Ok(name(self.text()?.trim_start_matches('/'))
+                .into_owned()
+                .into()),
+        }
     }
 
     /// Nanoseconds.
@@ -256,7 +288,7 @@ mod tests {
 
     #[test]
     fn one_element_of_an_array_is_a_field_of_its_own() {
-        let paths = ["position[1]", "position[3]", "x[0]"].map(str::to_owned);
+        let paths = ["position[1]", "position[3]", "x[0]"].map(|path| Path::from(path.to_owned()));
         let position = || Value::Numbers(vec![1.0, 2.0, 3.0]);
         let fields = Fields {
             paths: &paths,
@@ -269,7 +301,7 @@ mod tests {
 
     #[test]
     fn null_is_no_echo_and_no_number() {
-        let paths = ["range", "ranges", "text"].map(str::to_owned);
+        let paths = ["range", "ranges", "text"].map(|path| Path::from(path.to_owned()));
         let fields = Fields {
             paths: &paths,
             values: vec![

@@ -67,7 +67,7 @@ impl Manifest {
 /// A Rerun file being written, and sent to an open viewer where there is one.
 pub struct RrdWriter<'a> {
     // `None` where the viewer alone is shown it: then it is an error when that goes away.
-    out: Option<&'a mut dyn Write>,
+    out: Option<&'a mut (dyn Write + Send)>,
     viewer: Option<Live>,
     // Why the viewer was not shown everything.
     lost: Option<Error>,
@@ -96,7 +96,7 @@ impl Ids {
 impl<'a> RrdWriter<'a> {
     /// Writes the head of the file: its two stores, still empty.
     pub fn new(
-        out: Option<&'a mut dyn Write>,
+        out: Option<&'a mut (dyn Write + Send)>,
         viewer: Option<Live>,
         [recording, blueprint]: [StoreId; 2],
         digest: u64,

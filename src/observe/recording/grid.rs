@@ -33,7 +33,7 @@ struct Group {
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn write_grid(mut out: impl Write, grid: &DrawnGrid) -> Result<(), Error> {
+pub fn write_grid(mut out: impl Write + Send, grid: &DrawnGrid) -> Result<(), Error> {
     let digest = fnv1a(&grid.content);
     let recording = format!("sweep-{digest:016x}");
     let ids = named_ids("tmam-sweep", &grid.file, recording);

@@ -29,7 +29,7 @@ const ABOUT: Part = Part::view(PAIRS | 3);
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn write_pairs(mut out: impl Write, pairs: &[DrawnPair]) -> Result<(), Error> {
+pub fn write_pairs(mut out: impl Write + Send, pairs: &[DrawnPair]) -> Result<(), Error> {
     let mut shown: Vec<&DrawnPair> = pairs.iter().collect();
     shown.sort_by_key(|pair| pair.over.before.is_empty() && pair.over.now.is_empty());
     shown.truncate(MOST);

@@ -16,7 +16,7 @@ const LISTED: usize = 20;
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn write(all: &[Diff], mut out: impl Write) -> Result<(), DiffError> {
+pub fn write(all: &[Diff], mut out: impl Write + Send) -> Result<(), DiffError> {
     let [
         Diff {
             b: Side { run: Some(run), .. },

@@ -51,7 +51,7 @@ impl Evaluation {
     pub fn new(truth: &Truth, path: &[(i64, Pose2)], outcome: &Outcome) -> Self {
         let mut targets = BTreeMap::new();
         let mut sequences: BTreeMap<SonarId, Vec<ArcId>> = BTreeMap::new();
-        for ArcReport { arc, .. } in &outcome.reports {
+        for ArcReport { arc, .. } in outcome.reports.iter() {
             targets.insert(arc.id, truth.target(arc));
             sequences.entry(arc.id.sonar).or_default().push(arc.id);
         }

@@ -234,7 +234,7 @@ impl<'a> Windows<'a> {
             .take_while(|m| continues(place - m + 1) && continues(place + m))
             .count();
         let gate = Gate::new(bounds.gate);
-        let mut tests = report(place).map_or_else(Vec::new, |report| report.windows.clone());
+        let mut tests = report(place).map_or_else(Vec::new, |report| report.windows.to_vec());
         for m in tests.len() + 1..=room {
             let arcs = (place - m..=place + m).filter_map(|at| Some(report(at)?.arc));
             tests.push(HypothesisTest::of(&arcs.collect::<Vec<Arc>>(), &gate));

@@ -139,21 +139,20 @@ type PlacedReading<'a> = (&'a RangeReading, Option<Vec2>);
 /// The facts of every sonar, in the order of [`Events::sonars`].
 pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
     let track = Track::of_ranges(&events.odometry, config);
-    let mut placed: Vec<Vec<PlacedReading<'_>>> = vec![Vec::new(); events.sonars.len()];
-    for reading in &events.readings {
-        let index = reading.sonar.index();
-        if let (Some(sonar), Some(list)) = (events.sonars.get(index), placed.get_mut(index)) {
-            let robot = track.world_from_robot_at(reading).ok();
+    // One sonar after the other: all at once would take as much memory as the log.
+    let of_sonar = |(sonar, id): (&Sonar, SonarId)| {
+        let mut near = 0;
+        let of_sonar = events.readings.iter().filter(|reading| reading.sonar == id);
+        let placed = of_sonar.map(|reading| {
+            let robot = track.world_from_robot_next(reading, &mut near).ok();
             let at = robot.map(|robot: Pose2| robot.transform(sonar.robot_from_sensor.position()));
-            list.push((reading, at));
-        }
-    }
-    events
-        .sonars
-        .iter()
-        .zip(&placed)
-        .filter_map(|(sonar, readings)| facts(sonar, readings, config))
-        .collect()
+            (reading, at)
+        });
+        facts(sonar, &placed.collect::<Vec<PlacedReading<'_>>>(), config)
+    };
+    let ids = (0..).map(SonarId);
+    let sonars = events.sonars.iter().zip(ids);
+    sonars.filter_map(of_sonar).collect()
 }
 
 fn facts(sonar: &Sonar, readings: &[PlacedReading<'_>], config: &Config) -> Option<SonarFacts> {

@@ -57,7 +57,7 @@ pub fn labels(sonars: &[Sonar], outcome: &Outcome) -> Labels {
         frame_stamps: outcome.frame_stamps.clone(),
         ..Labels::default()
     };
-    for report in &outcome.reports {
+    for report in outcome.reports.iter() {
         let sonar = name_of(sonars, report.arc.id.sonar).to_owned();
         let arcs = labels.sonars.entry(sonar).or_default();
         arcs.push(labelled(report));

@@ -51,7 +51,7 @@ pub fn best(arcs: &[Arc]) -> BestLine {
         low,
         high,
     };
-    let (_, least) = least(&bearings, chi2, chi2);
+    let (_, least) = least(&bearings, |all| all.map(chi2), chi2);
     let beside = [low - BEYOND, high + BEYOND].map(|place| chi2(unit(yaw + place)));
     let beside = beside[0].min(beside[1]);
     BestLine {

@@ -5,6 +5,8 @@ use crate::core::geometry::{Vec2, unit};
 /// Samples at which a minimum is looked for before it is refined. Both local minima, left and right
 /// of the base line, are seen this way where the beams hold both.
 const SAMPLES: u32 = 24;
+/// How many these are, both ends included.
+pub const PLACES: usize = SAMPLES as usize + 1;
 
 /// Probes of the refinement, at most; parabolas need about seven of them.
 const PROBES: u32 = 40;
@@ -26,25 +28,29 @@ pub struct Bearings {
 /// In which direction a function is least, and its value there; infinite where it is so everywhere.
 /// The best of evenly spaced samples, refined between its neighbours.
 ///
-/// `coarse` is the function at the samples, where it need not be exact.
+/// `coarse` is the function at the samples, where it need not be exact: all at once, so that a processor
+/// works at several side by side.
 pub fn least(
     bearings: &Bearings,
-    coarse: impl Fn(Vec2) -> f64,
+    coarse: impl FnOnce(&[Vec2; PLACES]) -> [f64; PLACES],
     function: impl Fn(Vec2) -> f64,
 ) -> (Vec2, f64) {
     let step = (bearings.high - bearings.low) / f64::from(SAMPLES);
     // One direction from the other by turning: cheaper than a sine for each.
     let (mut direction, turn) = (unit(bearings.axis + bearings.low), unit(step));
-    let (mut best, mut least) = (0, f64::INFINITY);
-    for k in 0..=SAMPLES {
-        let value = coarse(direction);
-        if value < least {
-            (best, least) = (k, value);
-        }
+    let samples: [Vec2; PLACES] = std::array::from_fn(|_| {
+        let sample = direction;
         direction = Vec2::new(
             direction.x * turn.x - direction.y * turn.y,
             direction.x * turn.y + direction.y * turn.x,
         );
+        sample
+    });
+    let (mut best, mut least) = (0, f64::INFINITY);
+    for (k, value) in (0_u32..).zip(coarse(&samples)) {
+        if value < least {
+            (best, least) = (k, value);
+        }
     }
     let at = |place: f64| unit(bearings.axis + place);
     if least.is_infinite() {
@@ -134,7 +140,7 @@ mod tests {
     fn least_of(low: f64, high: f64, function: impl Fn(f64) -> f64) -> (f64, f64) {
         let axis = 2.5;
         let of = |towards: Vec2| function(wrap_angle(direction(towards) - axis));
-        let (towards, value) = least(&Bearings { axis, low, high }, of, of);
+        let (towards, value) = least(&Bearings { axis, low, high }, |all| all.map(of), of);
         (wrap_angle(direction(towards) - axis), value)
     }
 

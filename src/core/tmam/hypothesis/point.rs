@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use nalgebra::{Matrix2, RowVector2};
 
-use super::minimum::{Bearings, least};
+use super::minimum::{Bearings, PLACES, least};
 use crate::core::geometry::{Vec2, unit};
 use crate::core::tmam::arc::{Arc, BEAM_SLACK};
 use crate::core::tmam::gauss_newton::{Advance, Observation, chi2, iterate};
@@ -38,13 +38,12 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
             axis.dot(&towards) >= cosine * towards.norm()
         })
     };
-    let point_at = |along: Vec2, steps: u32| {
-        let (way, chi2) = moments.best_on_ray(along, middle.range, steps);
+    let point_at = |along: Vec2| {
+        let (way, chi2) = moments.best_on_ray(along, middle.range);
         (middle.center() + along * way, chi2)
     };
     let least_held = Cell::new(f64::INFINITY);
-    let least_at = |along: Vec2, steps: u32| {
-        let (point, chi2) = point_at(along, steps);
+    let least_of = |point: Vec2, chi2: f64| {
         // What is no less than a point that the beams hold need not be looked for in them.
         if chi2 >= least_held.get() {
             return chi2;
@@ -61,12 +60,22 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         low: -half,
         high: half,
     };
-    let coarse = |along| least_at(along, COARSE_STEPS);
-    let (along, value) = least(&bearings, coarse, |along| least_at(along, STEPS));
+    let coarse = |all: &[Vec2; PLACES]| {
+        let (ways, mut values) = moments.best_on_rays(all, middle.range);
+        for ((along, way), value) in all.iter().zip(ways).zip(&mut values) {
+            *value = least_of(middle.center() + along * way, *value);
+        }
+        values
+    };
+    let fine = |along| {
+        let (point, chi2) = point_at(along);
+        least_of(point, chi2)
+    };
+    let (along, value) = least(&bearings, coarse, fine);
     if value.is_infinite() {
         return f64::INFINITY;
     }
-    to_the_bottom(arcs, point_at(along, STEPS).0, held)
+    to_the_bottom(arcs, point_at(along).0, held)
 }
 
 /// Axis of each beam and cosine of half its width.
@@ -159,24 +168,57 @@ impl Moments {
     }
 
     /// The best way along a ray from the origin, metres, and what chi2 is there.
-    fn best_on_ray(&self, along: Vec2, start: f64, steps: u32) -> (f64, f64) {
-        let (w, a) = (self.weight, self.a);
-        let d = along.dot(&self.delta);
-        let ad = along.dot(&self.a_delta);
-        let dd = along.dot(&(self.delta_delta * along));
+    fn best_on_ray(&self, along: Vec2, start: f64) -> (f64, f64) {
+        let ray = self.projected(along);
         let mut way = start;
-        for _ in 0..steps {
-            let slope = 4.0 * (((w * way - 3.0 * d) * way + 2.0 * dd - a) * way + ad);
-            let curvature = 4.0 * (3.0 * w * way * way - 6.0 * d * way + 2.0 * dd - a);
-            if curvature <= 0.0 {
+        for _ in 0..STEPS {
+            let (next, is_valley) = self.step(way, ray);
+            if !is_valley {
                 break;
             }
-            way = (way - slope / curvature).max(0.0);
+            way = next;
         }
+        (way, self.chi2(way, ray))
+    }
+
+    /// The same along many rays, roughly, without a branch.
+    fn best_on_rays(&self, all: &[Vec2; PLACES], start: f64) -> ([f64; PLACES], [f64; PLACES]) {
+        let rays = all.map(|along| self.projected(along));
+        let mut ways = [(start, true); PLACES];
+        for _ in 0..COARSE_STEPS {
+            for ((way, is_in_valley), ray) in ways.iter_mut().zip(rays) {
+                let (next, is_valley) = self.step(*way, ray);
+                *is_in_valley &= is_valley;
+                *way = if *is_in_valley { next } else { *way };
+            }
+        }
+        let ways = ways.map(|(way, _)| way);
+        let mut rays = rays.into_iter();
+        let values = ways.map(|way| rays.next().map_or(way, |ray| self.chi2(way, ray)));
+        (ways, values)
+    }
+
+    /// What `delta`, `a_delta` and `delta_delta` are along a ray.
+    fn projected(&self, along: Vec2) -> [f64; 3] {
+        let dd = along.dot(&(self.delta_delta * along));
+        [along.dot(&self.delta), along.dot(&self.a_delta), dd]
+    }
+
+    /// Where Newton's method leads from a way along a ray, metres, and whether chi2, a quartic in the way, is
+    /// curved upwards there.
+    fn step(&self, way: f64, [d, ad, dd]: [f64; 3]) -> (f64, bool) {
+        let (w, a) = (self.weight, self.a);
+        let slope = 4.0 * (((w * way - 3.0 * d) * way + 2.0 * dd - a) * way + ad);
+        let curvature = 4.0 * (3.0 * w * way * way - 6.0 * d * way + 2.0 * dd - a);
+        ((way - slope / curvature).max(0.0), curvature > 0.0)
+    }
+
+    fn chi2(&self, way: f64, [d, ad, dd]: [f64; 3]) -> f64 {
         let square = way * way;
-        let chi2 = self.aa + square * (w * square + 4.0 * dd - 2.0 * a) + 4.0 * way * ad
-            - 4.0 * square * way * d;
-        (way, chi2.max(0.0))
+        let chi2 =
+            self.aa + square * (self.weight * square + 4.0 * dd - 2.0 * self.a) + 4.0 * way * ad
+                - 4.0 * square * way * d;
+        chi2.max(0.0)
     }
 }
 

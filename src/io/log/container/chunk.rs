@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, BufReader, Read, Seek};
 
+use zstd::zstd_safe::DCtx;
+
 use super::loss::Why;
 use super::record::{self, ChunkHeader, MAX_CHUNK, Records, op};
 use super::source::Source;
@@ -18,9 +20,9 @@ const BUDGET: (u64, u64) = (512 << 20, 100);
 const TRIALS: (u64, u64) = (16 << 20, 4);
 
 /// Decompresses chunks, one after the other.
-#[derive(Debug)]
 pub struct Unpacker {
     buffer: Vec<u8>,
+    zstd: DCtx<'static>,
     file: u64,
     left: u64,
     trials: u64,
@@ -32,6 +34,7 @@ impl Unpacker {
         let budget = |(base, times): (u64, u64)| file.saturating_mul(times).saturating_add(base);
         Self {
             buffer: Vec::new(),
+            zstd: DCtx::create(),
             file,
             left: budget(BUDGET),
             trials: budget(TRIALS),
@@ -127,10 +130,11 @@ impl Unpacker {
                 packed.take(limit).read_to_end(buffer)?; // of the file itself
                 return Ok(None);
             }
-            "zstd" => zstd::Decoder::with_buffer(packed).and_then(|mut decoder| {
-                decoder.window_log_max(ZSTD_WINDOW_LOG)?;
-                decoder.take(limit).read_to_end(buffer)
-            }),
+            "zstd" => {
+                let mut decoder = zstd::Decoder::with_context(packed, &mut self.zstd);
+                let limited = decoder.window_log_max(ZSTD_WINDOW_LOG);
+                limited.and_then(|()| decoder.take(limit).read_to_end(buffer))
+            }
             "lz4" => lz4::Decoder::new(&mut packed)
                 .and_then(|decoder| decoder.take(limit).read_to_end(buffer)),
             other => return Ok(Some(Why::Compression(other.to_owned()))),

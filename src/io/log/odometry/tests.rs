@@ -20,8 +20,8 @@ fn log(edges: &[(&str, &str)]) -> Made {
 fn log_of(courses: &[((&str, &str), std::ops::Range<i32>, f64)]) -> Made {
     let transform = |stamp_ns: i64, parent: &str, child: &str, x: f64| TransformMessage {
         stamp_ns,
-        parent: parent.to_owned(),
-        child: child.to_owned(),
+        parent: parent.to_owned().into(),
+        child: child.to_owned().into(),
         parent_from_child: Some(Isometry3::from_parts(
             Translation3::new(x, 0.0, 0.0),
             UnitQuaternion::identity(),
@@ -222,8 +222,8 @@ fn transforms_that_hold_no_pose_are_counted() {
         1,
         &TransformMessage {
             stamp_ns: 5,
-            parent: "odom".to_owned(),
-            child: "base_link".to_owned(),
+            parent: "odom".into(),
+            child: "base_link".into(),
             ..TransformMessage::default()
         },
     );

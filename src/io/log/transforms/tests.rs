@@ -2,10 +2,10 @@ use super::*;
 use nalgebra::{Translation3, UnitQuaternion};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-fn transform(parent: &str, child: &str, xyz: [f64; 3], rpy: [f64; 3]) -> TransformMessage {
+fn transform(parent: &str, child: &str, xyz: [f64; 3], rpy: [f64; 3]) -> TransformMessage<'static> {
     TransformMessage {
-        parent: parent.into(),
-        child: child.into(),
+        parent: parent.to_owned().into(),
+        child: child.to_owned().into(),
         parent_from_child: Some(Isometry3::from_parts(
             Translation3::from(Vector3::from(xyz)),
             UnitQuaternion::from_euler_angles(rpy[0], rpy[1], rpy[2]),

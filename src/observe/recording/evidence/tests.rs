@@ -48,7 +48,7 @@ fn the_evidence_of_every_arc_is_at_its_place_among_the_arcs() {
     }
     let reports = tmam.finish().reports;
     let mut expected: BTreeMap<(i64, usize), &ArcReport> = BTreeMap::new();
-    for report in &reports {
+    for report in reports.iter() {
         let frame = i64::from(report.arc.id.frame);
         let place = expected.range((frame, 0)..=(frame, usize::MAX)).count();
         expected.insert((frame, place), report);

@@ -187,7 +187,7 @@ fn record_identified(
     step.closures.extend(closures);
     recording.finish(&step).unwrap();
     recording.close(None).unwrap();
-    (bytes, step.reports)
+    (bytes, step.reports.to_vec())
 }
 
 /// The chunks of a file by entity, in file order, of one kind of store.

@@ -165,7 +165,7 @@ fn reports(noise: &[f64], sigma: f64, config: &Config) -> Vec<ArcReport> {
             }],
         });
     }
-    tmam.finish().reports
+    tmam.finish().reports.to_vec()
 }
 
 proptest! {
