@@ -71,7 +71,7 @@ fn of_path(outcome: &Outcome) -> f64 {
         return 0.0;
     };
     let taken = |variance: f64| libm::log2((2.0 * PI * E * variance).sqrt() / PRECISION).max(0.0);
-    let drift = &joint.drift;
+    let drift = &joint.path.drift;
     let steps = joint.path.keys.iter().skip(1).map(|key| {
         let along = drift.distance * drift.distance * key.driven;
         let heading =

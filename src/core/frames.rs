@@ -43,6 +43,8 @@ pub struct Entry {
     pub stamp_ns: i64,
     /// The sensor at that stamp.
     pub world_from_sensor: Pose2,
+    /// By how much the sensor may be off along its axis that poses beside it are not: variance, square metres.
+    pub pose_variance: f64,
     /// Full opening angle of the beam, radians.
     pub beam_width: f64,
     /// What came back; `None` where nothing echoed.
@@ -184,6 +186,7 @@ impl<'a> Framer<'a> {
             return;
         };
         let entry = Entry {
+            pose_variance: 0.0,
             sonar: reading.sonar,
             stamp_ns: reading.stamp_ns,
             world_from_sensor: world_from_robot.compose(&sonar.robot_from_sensor),

@@ -7,6 +7,7 @@
 pub mod arrowhead;
 mod association;
 pub mod drift;
+pub mod key_pose;
 pub mod landmark;
 mod merge;
 pub mod path;
@@ -18,9 +19,10 @@ use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use self::association::Association;
 use self::drift::Drift;
+use self::key_pose::{Between, KeyPose, between, key_poses};
 use self::landmark::Landmark;
 use self::merge::Seen;
-use self::path::{Between, CorrectedPath, KeyPose, between, key_poses};
+use self::path::CorrectedPath;
 use self::problem::{Fitted, Incidence, Problem, Sighting, Unknowns};
 use crate::core::config::Config;
 use crate::core::frames::Frame;
@@ -117,8 +119,6 @@ pub struct JointEstimate {
     pub features_given_path: Vec<MapFeature>,
     /// By how much odometry is too short, of distance and of rotation, as shares.
     pub scales: [f64; 2],
-    /// The noise of odometry: as configured, or found.
-    pub drift: Drift,
     /// What was seen again after the robot was elsewhere, in the order in which it was found out.
     pub closures: Vec<Closure>,
     /// Features of the replay that turned out to be others, and are gone.
@@ -274,7 +274,6 @@ pub fn estimate(
         features: solved.joint(&features_given_path, &shared, &solver),
         features_given_path,
         scales: solved.fitted.unknowns.scales.into(),
-        drift: solver.drift,
         closures,
         absorbed,
         odom_from_sensor: (evidence.arcs.iter())
@@ -319,7 +318,7 @@ impl<'a> Solver<'a> {
                 margin: MARGIN,
                 ..Reach::of(config.map.max_wall_gap)
             },
-            drift: start.map_or_else(|| given(AT_FIRST, config), |start| start.drift),
+            drift: start.map_or_else(|| given(AT_FIRST, config), |start| start.path.drift),
             config,
             keys: key_poses(evidence.frames),
             join_corners: false,
@@ -475,8 +474,13 @@ impl Solver<'_> {
             share: at.share,
             robot_from_sensor: [from(at.earlier)?, from(at.earlier + 1)?],
             range: arc.range,
-            variance: arc.variance,
+            variance: arc.variance + self.between_key_poses(arc),
         })
+    }
+
+    fn between_key_poses(&self, arc: &Arc) -> f64 {
+        let bearing = arc.world_from_sensor.yaw;
+        (self.drift).between_key_poses(&self.keys, arc.stamp_ns, bearing)
     }
 
     fn path(&self, fitted: &Fitted) -> CorrectedPath {
@@ -484,6 +488,7 @@ impl Solver<'_> {
             keys: self.keys.clone(),
             world_from_robot: fitted.unknowns.poses.clone(),
             covariances: Vec::new(),
+            drift: self.drift,
         }
     }
 
@@ -492,7 +497,7 @@ impl Solver<'_> {
         let arcs = self.arcs.iter();
         arcs.map(|arc| Arc {
             world_from_sensor: path.correct(arc.stamp_ns, &arc.world_from_sensor),
-            variance: arc.variance * wider * wider,
+            variance: (arc.variance + self.between_key_poses(arc)) * wider * wider,
             ..*arc
         })
         .collect()

@@ -32,7 +32,7 @@ use crate::core::tmam::map::rough::{self, RoughWall};
 use crate::core::tmam::prediction::{MapPrediction, Reach};
 use crate::core::tmam::step::{Extraction, Step};
 
-/// Replays from which poses are estimated, at most; the one that is shown has the poses of the last.
+/// Replays from which poses are estimated, at most; where these do not settle, the last ones are shown.
 const MOST_PASSES: usize = 3;
 
 /// A path that moves by less is settled, metres.
@@ -308,14 +308,21 @@ impl<'a> Replay<'a> {
                     };
                 }
             };
-            if let Some(before) = before
-                && (number == MOST_PASSES || found.path.moved(&before.path) < SETTLED)
+            if let Some(before) = &before
+                && found.path.moved(&before.path) < SETTLED
             {
                 // The features are those of the replay at these poses.
-                found.path.world_from_robot = before.path.world_from_robot;
+                let settled = &before.path.world_from_robot;
+                found.path.world_from_robot.clone_from(settled);
                 return SettledPoses {
                     found: Some(Ok(found)),
                     replayed: Some(pass),
+                };
+            }
+            if number == MOST_PASSES {
+                return SettledPoses {
+                    found: Some(Ok(found)),
+                    replayed: None,
                 };
             }
             before = Some(found);

@@ -138,9 +138,9 @@ impl Poses {
             scale_distance: rounded(joint.scales[0]),
             scale_rotation: rounded(joint.scales[1]),
             odometry_noise: Drift {
-                distance: rounded(joint.drift.distance),
-                heading: rounded(joint.drift.heading),
-                turn: rounded(joint.drift.turn),
+                distance: rounded(joint.path.drift.distance),
+                heading: rounded(joint.path.drift.heading),
+                turn: rounded(joint.path.drift.turn),
             },
             explained_before: rounded(joint.explained[0]),
             explained: rounded(joint.explained[1]),

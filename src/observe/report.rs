@@ -232,7 +232,7 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
         distance,
         heading,
         turn,
-    } = joint.drift;
+    } = joint.path.drift;
     let _ = writeln!(
         text,
         "{:<10} odometry is off by {:.1} cm and {:.2} deg after a metre, {:.2} deg after a radian; \

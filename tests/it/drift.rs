@@ -62,6 +62,20 @@ fn a_drifting_drive_has_the_map_of_the_room() {
 }
 
 #[test]
+fn what_odometry_drifts_between_key_poses_makes_no_wall_twice() {
+    // By 5 mm half-way, where ranges are right to 3 mm.
+    let bench = driven(
+        "--noise 0.003 --laps 3 --odometry-noise 0.03 --heading-noise 0.6 --turn-noise 1.5 --seed 4",
+    );
+    let scores = evaluated(&bench, "");
+    assert_eq!(scores["confirmed"]["exact"], true, "{scores}");
+    // Map and path are of one estimate.
+    let features = replayed(&bench, "--no-causes");
+    let suspects = number(&features["counts"]["suspects"]);
+    assert!(suspects < 10.0, "{suspects}");
+}
+
+#[test]
 fn the_files_say_what_was_corrected() {
     let bench = driven(&format!("--noise 0.003 {MUCH} --seed 2"));
     let features = replayed(&bench, "");

@@ -16,7 +16,7 @@ use crate::core::event::SonarId;
 use crate::core::geometry::{Pose2, Vec2, angle_between, rotate, unit};
 use crate::core::joint::arrowhead::{Arrowhead, Row, Solution};
 use crate::core::joint::drift::{Drift, Increment};
-use crate::core::joint::path::{KeyPose, between, key_poses};
+use crate::core::joint::key_pose::{KeyPose, between, key_poses};
 use crate::core::odometry::Track;
 use crate::core::replay::{Outcome, Replay};
 
@@ -200,7 +200,7 @@ impl<'a> Problem<'a> {
     fn new(scene: &'a Scene, replay: &Replay<'_>, outcome: &Outcome) -> Self {
         let odometry = &replay.log().events.odometry;
         let keys = key_poses(replay.frames());
-        let drift = outcome.joint().map(|joint| joint.drift);
+        let drift = outcome.joint().map(|joint| joint.path.drift);
         let pings = scene.pings.iter();
         let ahead = |ping: &Ping| {
             let mount = scene.mounts.get(ping.sonar.index());

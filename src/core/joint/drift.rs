@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix3, Matrix3x2, Rotation2, Vector2, Vector3};
 
-use super::path::KeyPose;
+use super::key_pose::{Between, KeyPose, between};
 use crate::core::geometry::{Pose2, Vec2, direction, unit, wrap_angle};
 
 /// What no odometry is better than between two key poses: metres and radians.
@@ -15,7 +15,7 @@ const FLOOR_ANGLE: f64 = 1e-4;
 const LARGEST_STEP: f64 = 10.0;
 
 /// Noise of odometry: random walks, so that deviations grow with the square root.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Drift {
     /// Standard deviation of the distance after a metre, metres.
     pub distance: f64,
@@ -39,6 +39,21 @@ impl Drift {
         [self.distance, self.heading, self.turn]
             .iter()
             .any(|noise| *noise > 0.5)
+    }
+
+    /// Variance of a range along a bearing in the frame of odometry, square metres, by where the robot was between
+    /// two key poses that are known: a random walk whose ends are fixed (a Brownian bridge).
+    pub fn between_key_poses(&self, keys: &[KeyPose], stamp_ns: i64, bearing: f64) -> f64 {
+        let Between { earlier, share } = between(keys, stamp_ns);
+        let (Some(from), Some(to)) = (keys.get(earlier), keys.get(earlier + 1)) else {
+            return 0.0;
+        };
+        let way = to.odom_from_robot.position() - from.odom_from_robot.position();
+        let along = way
+            .try_normalize(0.0)
+            .map_or(0.0, |way| way.dot(&unit(bearing)));
+        let distance = self.distance * along;
+        distance * distance * to.driven * share * (1.0 - share)
     }
 
     /// From here to `other` and as often on as `stride` says, in logarithms.
@@ -256,6 +271,28 @@ mod tests {
                 prop_assert!((found - increment.by_scales().column(axis)).norm() < 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn between_key_poses_the_robot_is_least_known_half_way_and_along_its_way() {
+        let key = |stamp_ns, x, driven| KeyPose {
+            stamp_ns,
+            odom_from_robot: Pose2::new(x, 0.0, 0.0),
+            driven,
+            turned: 0.0,
+        };
+        let keys = [key(0, 0.0, 0.0), key(100, 0.1, 0.1)];
+        let drift = Drift {
+            distance: 0.03,
+            ..Drift::NONE
+        };
+        let sigma =
+            |stamp_ns, bearing| libm::sqrt(drift.between_key_poses(&keys, stamp_ns, bearing));
+        assert_eq!([sigma(0, 0.0), sigma(100, 0.0)], [0.0, 0.0]);
+        // Half of what a random walk of 10 cm is off at its end.
+        assert!((sigma(50, 0.0) - 0.03 * libm::sqrt(0.1) / 2.0).abs() < 1e-12);
+        assert!(sigma(20, 0.0) < sigma(50, 0.0));
+        assert!(sigma(50, FRAC_PI_2) < 1e-12);
     }
 
     #[test]

@@ -4,8 +4,8 @@ use nalgebra::{Cholesky, Matrix3, RowVector2, Vector2, Vector3};
 
 use super::arrowhead::{Arrowhead, Factor, Row};
 use super::drift::{Drift, DriftEstimator, Increment};
+use super::key_pose::KeyPose;
 use super::landmark::Landmark;
-use super::path::KeyPose;
 use crate::core::geometry::{Pose2, Vec2, rotate, unit};
 use crate::core::tmam::arc::ArcId;
 
@@ -250,7 +250,10 @@ impl Problem {
     pub fn log_evidence(&self, fitted: &Fitted) -> f64 {
         let whitening = self.increments.iter().map(|(_, white)| white.diagonal());
         let whitening = whitening.map(|d| libm::log(d.x) + libm::log(d.y) + libm::log(d.z));
-        whitening.sum::<f64>() - (fitted.cost + fitted.factor.log_determinant()) / 2.0
+        let ranges = self.sightings.iter().map(|s| libm::log(s.variance) / 2.0);
+        whitening.sum::<f64>()
+            - ranges.sum::<f64>()
+            - (fitted.cost + fitted.factor.log_determinant()) / 2.0
     }
 
     /// The noise of odometry as an estimate leaves it.

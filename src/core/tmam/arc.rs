@@ -47,7 +47,7 @@ impl Arc {
             world_from_sensor: entry.world_from_sensor,
             range: echo.range,
             beam_width: entry.beam_width,
-            variance: noise.variance(echo.range, echo.variance),
+            variance: noise.variance(echo.range, echo.variance) + entry.pose_variance,
         })
     }
 

@@ -89,6 +89,7 @@ pub fn drive(sonars: &[Sonar], count: u32, silent_after: Option<(u16, u32)>) -> 
                         sonar: SonarId(id),
                         stamp_ns,
                         world_from_sensor,
+                        pose_variance: 0.0,
                         beam_width: BEAM,
                         echo: echo(&world_from_sensor).map(|range| Echo {
                             range: range + error,

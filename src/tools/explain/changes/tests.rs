@@ -157,6 +157,7 @@ fn reports(noise: &[f64], sigma: f64, config: &Config) -> Vec<ArcReport> {
                 sonar: SonarId(0),
                 stamp_ns,
                 world_from_sensor: Pose2::new(sensor.x, sensor.y, 1.57),
+                pose_variance: 0.0,
                 beam_width: 0.8,
                 echo: Some(Echo {
                     range: range + sigma * noise,
