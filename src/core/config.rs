@@ -299,6 +299,9 @@ pub struct NoiseAwareOptions {
     pub join_corners: bool,
     /// Rough walls seen at an angle support walls of the map, and extend them.
     pub oblique_walls: bool,
+    /// Circles are a third hypothesis beside lines and points. In files where it is so, as it came later.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub circles: bool,
 }
 
 /// An axis of a sonar's frame.
@@ -426,6 +429,7 @@ impl NoiseAwareOptions {
         gather: false,
         join_corners: false,
         oblique_walls: false,
+        circles: false,
     };
 }
 

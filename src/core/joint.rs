@@ -224,8 +224,8 @@ pub fn estimate(
     let mut association = Association::of_replay(extractions, map);
     let counts = association.counts();
     let landmarks = counts
-        .values()
-        .filter(|(count, _)| *count >= FEWEST)
+        .iter()
+        .filter(|(id, (count, _))| *count >= FEWEST && association.is_landmark(**id))
         .count();
     let keys = solver.keys.len();
     if keys < 2 || landmarks < FEWEST_LANDMARKS {
@@ -378,12 +378,13 @@ impl Solver<'_> {
         // In the order in which they are first seen: the poses before have nothing to do with them.
         let mut ids: Vec<(ArcId, u32)> = (association.counts().iter())
             .filter(|(_, (count, _))| *count >= FEWEST)
+            .filter(|(id, _)| association.is_landmark(**id))
             .map(|(id, (_, first))| (*first, *id))
             .collect();
         ids.sort_unstable();
         let ids: Vec<u32> = ids.into_iter().map(|(_, id)| id).collect();
         let by_id = self.landmark_places(&ids);
-        let landmark = |id: &u32| Some(Landmark::of(&association.feature(*id)?.shape));
+        let landmark = |id: &u32| Landmark::of(&association.feature(*id)?.shape);
         let landmarks: Option<Vec<Landmark>> = ids.iter().map(landmark).collect();
         let sightings = association
             .owners
@@ -560,6 +561,7 @@ impl Solver<'_> {
             place: match shape {
                 Shape::Line(segment) => segment.mid,
                 Shape::Point(point) => point.position,
+                Shape::Circle(circle) => circle.center,
             },
             frames: [first.id.frame, again.id.frame],
         })
@@ -670,7 +672,7 @@ impl Solved {
 fn extent(association: &Association, id: u32) -> Option<Segment> {
     match association.feature(id)?.shape {
         Shape::Line(segment) => Some(segment),
-        Shape::Point(_) => None,
+        Shape::Point(_) | Shape::Circle(_) => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers as files hold them: rounded to 1e-9, so that the last bits of a sum do not show.
 //! Covariances are rounded to ten digits instead: they are small where things are known well.
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Matrix3};
 use serde::Serializer;
 
 /// `x` to nine decimals; zero has no sign.
@@ -77,6 +77,13 @@ pub fn covariance(m: &Matrix2<f64>) -> [[f64; 2]; 2] {
     };
     let entry = |x| significant(x, digits.min(ALL_DIGITS));
     [[entry(m.m11), entry(m.m12)], [entry(m.m21), entry(m.m22)]]
+}
+
+/// The rows of a circle's covariance over (x, y, radius). How far away it is and how thick have nearly all of their
+/// errors in common, so more digits are kept.
+pub fn covariance_of_circle(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    let entry = |row, column| significant(m[(row, column)], ALL_DIGITS - 3);
+    std::array::from_fn(|row| std::array::from_fn(|column| entry(row, column)))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! Feature Map Building for a Mobile Robot"; `docs/algorithm.md` reads code and paper side by side.
 
 pub mod arc;
+pub mod circle;
 pub mod condition;
 pub mod feature;
 pub mod fit;
@@ -110,18 +111,24 @@ impl Tmam {
             Vec::new()
         };
         step.settled = self.map.settle(&arcs, &hardly, &rough);
+        let (settled, absorbed) = self.map.round(&arcs);
+        step.settled.extend(settled);
+        step.absorbed.extend(absorbed);
         step
     }
 
     /// The method: what the next entry of a sonar brings about, `None` for no echo.
     fn take(&mut self, sonar: SonarId, next: Option<Arc>, step: &mut Step) {
+        let circles = self.config.departures().circles;
         let (rule, stream) = (&self.rule, self.streams.entry(sonar).or_default());
         stream.triple(next, &self.config, &self.gate);
         stream.window(next, &self.config, &self.gate);
         while let Some((report, decision)) = stream.label(rule) {
             if let Some(run) = stream.run(rule, &report, &decision) {
                 for (part, fit) in rule.fit(run) {
-                    let extraction = extract(self.extracted, part, fit, &mut self.map, &self.gate);
+                    let test =
+                        |arcs: &[Arc]| HypothesisTest::with_circles(circles, arcs, &self.gate);
+                    let extraction = extract(self.extracted, part, fit, &mut self.map, test);
                     self.extracted += 1;
                     stream.note(&extraction);
                     step.extractions.push(extraction);
@@ -134,7 +141,13 @@ impl Tmam {
 }
 
 /// Fuses what was fitted to a run into the map.
-fn extract(id: u32, run: Run, fit: Fit, map: &mut Map, gate: &Gate) -> Extraction {
+fn extract(
+    id: u32,
+    run: Run,
+    fit: Fit,
+    map: &mut Map,
+    test: impl Fn(&[Arc]) -> HypothesisTest,
+) -> Extraction {
     let used: Vec<Arc> = run
         .associated
         .iter()
@@ -160,7 +173,7 @@ fn extract(id: u32, run: Run, fit: Fit, map: &mut Map, gate: &Gate) -> Extractio
         residual_rms: fit.residual_rms,
         iterations: fit.iterations,
         converged: fit.converged,
-        opinion: Some(HypothesisTest::of(&used, gate)),
+        opinion: Some(test(&used)),
         outliers: fit.outliers,
         action,
         map_feature,

@@ -15,6 +15,8 @@ pub enum ReflectorKind {
     Line,
     /// A diffracting point.
     Point,
+    /// A pillar.
+    Circle,
     /// A rough wall, from its nearest place in the beam, beside that foot.
     Oblique,
 }
@@ -39,7 +41,7 @@ pub struct ReadingTruth {
     pub sonar: String,
     /// What was there to echo; none where nothing was.
     pub kind: Option<ReflectorKind>,
-    /// Which wall or point of the world, from 0.
+    /// Which wall, point or pillar of the world, from 0.
     pub index: Option<usize>,
     /// Its distance without noise, metres, rounded to 1e-9.
     pub range: Option<f64>,
@@ -96,6 +98,7 @@ impl ReadingTruth {
                 Reflector::Line(index) if echo.oblique => (ReflectorKind::Oblique, index),
                 Reflector::Line(index) => (ReflectorKind::Line, index),
                 Reflector::Point(index) => (ReflectorKind::Point, index),
+                Reflector::Circle(index) => (ReflectorKind::Circle, index),
             })
             .unzip();
         Self {
@@ -115,6 +118,7 @@ impl ReadingTruth {
         Some(match self.kind? {
             ReflectorKind::Line | ReflectorKind::Oblique => Reflector::Line(index),
             ReflectorKind::Point => Reflector::Point(index),
+            ReflectorKind::Circle => Reflector::Circle(index),
         })
     }
 }

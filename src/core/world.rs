@@ -1,12 +1,14 @@
-//! The world a sonar looks at: walls and points in the plane, and what echoes from them.
+//! The world a sonar looks at: walls, points and pillars in the plane, and what echoes from them.
 //!
 //! A file is JSON, metres, in the odometry frame: `{"walls": [[x1, y1, x2, y2], ...],
-//! "points": [[x, y], ...], "diffuse": [wall, ...]}`. Walls are seen from both sides.
+//! "points": [[x, y], ...], "diffuse": [wall, ...], "pillars": [[x, y, radius], ...]}`. Walls are seen from both
+//! sides, pillars from without.
 //!
 //! Echo model: a smooth wall is a mirror and echoes only from the foot of the perpendicular, where
 //! that lies on the wall and in the beam. A diffuse one, which is rough, echoes from its nearest place
 //! in the beam: beside the foot, that is where an edge of the beam meets it. A point diffracts and
-//! echoes wherever the beam covers it. The nearest reflector in line of sight gives the echo.
+//! echoes wherever the beam covers it. A pillar, which is round and smooth, echoes from its nearest place, where the
+//! beam covers the bearing of its axis. The nearest reflector in line of sight gives the echo.
 //!
 //! Wall ends diffract as well. Point indices count the file's `points` first, in their order, then
 //! the wall ends that the file does not list, wall by wall.
@@ -21,7 +23,10 @@ const SAME_PLACE: f64 = 1e-9;
 /// The shortest wall that has a direction, metres.
 const MIN_WALL_LENGTH: f64 = 1e-6;
 
-/// The most walls and listed points of a world: an echo is looked for among all of them.
+/// The thinnest pillar, metres.
+const MIN_RADIUS: f64 = 1e-3;
+
+/// The most walls, pillars and listed points of a world: an echo is looked for among all of them.
 const LARGEST: usize = 5_000;
 
 /// Why a world cannot be used.
@@ -36,11 +41,11 @@ pub enum WorldError {
     )]
     Format(#[from] serde_json::Error),
     /// Nothing to see.
-    #[error("the world is empty; give it at least one wall or point")]
+    #[error("the world is empty; give it at least one wall, point or pillar")]
     Empty,
     /// More than can be looked through for every reading.
     #[error(
-        "the world has {things} walls and points, more than {LARGEST}; leave out what no sonar can see"
+        "the world has {things} walls, points and pillars, more than {LARGEST}; leave out what no sonar can see"
     )]
     TooLarge {
         /// How many.
@@ -49,7 +54,7 @@ pub enum WorldError {
     /// A wall end or a point is infinite or not a number.
     #[error("{kind} {index} has a coordinate that is not finite")]
     NotFinite {
-        /// `wall` or `point`.
+        /// `wall`, `point` or `pillar`.
         kind: &'static str,
         /// Which, from 0.
         index: usize,
@@ -71,6 +76,16 @@ pub enum WorldError {
         index: usize,
         /// How many there are.
         walls: usize,
+    },
+    /// A pillar without a radius.
+    #[error(
+        "pillar {index} has the radius {radius} m; a pillar needs at least {MIN_RADIUS} m, use a point for less"
+    )]
+    ThinPillar {
+        /// Which, from 0.
+        index: usize,
+        /// Metres.
+        radius: f64,
     },
     /// Two points in one place could not be told apart.
     #[error("points {first} and {second} are in the same place; remove one")]
@@ -156,6 +171,31 @@ impl Wall {
     }
 }
 
+/// A round, smooth pillar, metres in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pillar {
+    /// Its axis.
+    pub center: Vec2,
+    pub radius: f64,
+}
+
+impl Pillar {
+    /// The place that echoes to a sensor outside of it.
+    fn nearest(&self, sensor: Vec2) -> Option<Vec2> {
+        let away = sensor - self.center;
+        let distance = away.norm();
+        (distance > self.radius).then(|| self.center + away * (self.radius / distance))
+    }
+
+    /// Whether it stands between `from` and `to`. Touching it is not crossing it.
+    fn hides(&self, from: Vec2, to: Vec2) -> bool {
+        let sight = to - from;
+        let share = (self.center - from).dot(&sight) / sight.norm_squared();
+        let nearest = from + sight * share.clamp(0.0, 1.0);
+        (self.center - nearest).norm() < self.radius - SAME_PLACE
+    }
+}
+
 /// What an echo came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reflector {
@@ -163,13 +203,15 @@ pub enum Reflector {
     Line(usize),
     /// A point, by its index in [`World::points`].
     Point(usize),
+    /// A pillar, by its index in [`World::pillars`].
+    Circle(usize),
 }
 
 impl Reflector {
-    /// Its place among the world's walls, or points.
+    /// Its place among the world's walls, points or pillars.
     pub fn index(self) -> usize {
         match self {
-            Self::Line(index) | Self::Point(index) => index,
+            Self::Line(index) | Self::Point(index) | Self::Circle(index) => index,
         }
     }
 }
@@ -187,21 +229,31 @@ pub struct Echo {
     pub place: Vec2,
 }
 
-/// Walls and diffracting points; always valid.
+/// Walls, diffracting points and pillars; always valid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "WorldFile", into = "WorldFile")]
 pub struct World {
     walls: Vec<Wall>,
     points: Vec<Vec2>,
+    pillars: Vec<Pillar>,
 }
 
 impl World {
     /// A world of `walls` and free-standing `points`, metres; wall ends are added to the points.
     pub fn new(walls: Vec<Wall>, points: Vec<Vec2>) -> Result<Self, WorldError> {
-        if walls.is_empty() && points.is_empty() {
+        Self::with_pillars(walls, points, Vec::new())
+    }
+
+    /// The same with pillars.
+    pub fn with_pillars(
+        walls: Vec<Wall>,
+        points: Vec<Vec2>,
+        pillars: Vec<Pillar>,
+    ) -> Result<Self, WorldError> {
+        let things = walls.len() + points.len() + pillars.len();
+        if things == 0 {
             return Err(WorldError::Empty);
         }
-        let things = walls.len() + points.len();
         if things > LARGEST {
             return Err(WorldError::TooLarge { things });
         }
@@ -230,7 +282,23 @@ impl World {
                 return Err(WorldError::SamePoint { first, second });
             }
         }
-        let mut world = Self { walls, points };
+        for (index, Pillar { center, radius }) in pillars.iter().enumerate() {
+            if !(finite(center) && radius.is_finite()) {
+                return Err(WorldError::NotFinite {
+                    kind: "pillar",
+                    index,
+                });
+            }
+            let radius = *radius;
+            if radius < MIN_RADIUS {
+                return Err(WorldError::ThinPillar { index, radius });
+            }
+        }
+        let mut world = Self {
+            walls,
+            points,
+            pillars,
+        };
         for end in world.walls.iter().flat_map(|wall| [wall.start, wall.end]) {
             if !world.points.iter().any(|point| same_place(point, &end)) {
                 world.points.push(end);
@@ -261,6 +329,7 @@ impl World {
         Self {
             walls: walls.collect(),
             points: corners.to_vec(),
+            pillars: Vec::new(),
         }
     }
 
@@ -272,6 +341,11 @@ impl World {
     /// All that diffracts: the file's points, then the wall ends it does not list. Metres.
     pub fn points(&self) -> &[Vec2] {
         &self.points
+    }
+
+    /// The pillars, in the file's order.
+    pub fn pillars(&self) -> &[Pillar] {
+        &self.pillars
     }
 
     /// The world with some of its walls diffuse, by their indices.
@@ -311,8 +385,14 @@ impl World {
         let points = points.filter(|(_, point)| in_beam(point));
         let points = points.map(|(index, point)| (*point, Reflector::Point(index), false));
 
+        let pillars = self.pillars.iter().enumerate();
+        let pillars = pillars.filter_map(|(index, pillar)| {
+            let place = pillar.nearest(sensor).filter(in_beam)?;
+            Some((place, Reflector::Circle(index), false))
+        });
+
         let mut first: Option<Echo> = None;
-        for (place, reflector, oblique) in walls.chain(points) {
+        for (place, reflector, oblique) in walls.chain(points).chain(pillars) {
             let range = (place - sensor).norm();
             let nearest = range < first.map_or(max_range, |echo| echo.range);
             if nearest && self.in_sight(sensor, place, reflector) {
@@ -363,14 +443,18 @@ impl World {
         first
     }
 
-    /// Whether no wall but the reflector itself stands between `sensor` and `target`.
+    /// Whether no wall and no pillar but the reflector itself stands between `sensor` and `target`.
     fn in_sight(&self, sensor: Vec2, target: Vec2, reflector: Reflector) -> bool {
         let mut others = self
             .walls
             .iter()
             .enumerate()
             .filter(|(index, _)| Reflector::Line(*index) != reflector);
+        let mut pillars = self.pillars.iter().enumerate();
         others.all(|(_, wall)| !wall.hides(sensor, target))
+            && pillars.all(|(index, pillar)| {
+                Reflector::Circle(index) == reflector || !pillar.hides(sensor, target)
+            })
     }
 }
 
@@ -387,6 +471,8 @@ struct WorldFile {
     points: Vec<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     diffuse: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pillars: Vec<[f64; 3]>,
 }
 
 impl TryFrom<WorldFile> for World {
@@ -398,7 +484,12 @@ impl TryFrom<WorldFile> for World {
             .iter()
             .map(|[x1, y1, x2, y2]| Wall::new(Vec2::new(*x1, *y1), Vec2::new(*x2, *y2)));
         let points = file.points.iter().map(|[x, y]| Vec2::new(*x, *y));
-        Self::new(walls.collect(), points.collect())?.with_diffuse(&file.diffuse)
+        let pillars = file.pillars.iter().map(|[x, y, radius]| Pillar {
+            center: Vec2::new(*x, *y),
+            radius: *radius,
+        });
+        let world = Self::with_pillars(walls.collect(), points.collect(), pillars.collect())?;
+        world.with_diffuse(&file.diffuse)
     }
 }
 
@@ -415,6 +506,9 @@ impl From<World> for WorldFile {
                 .points
                 .iter()
                 .map(|point| [point.x, point.y])
+                .collect(),
+            pillars: (world.pillars.iter())
+                .map(|Pillar { center, radius }| [center.x, center.y, *radius])
                 .collect(),
         }
     }

@@ -9,6 +9,7 @@ pub fn word(kind: Kind) -> &'static str {
     match kind {
         Kind::Line => "wall",
         Kind::Point => "corner",
+        Kind::Circle => "pillar",
     }
 }
 

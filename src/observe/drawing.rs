@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Matrix3;
+
 use crate::core::geometry::Vec2;
+use crate::core::tmam::feature::Circle;
 
 /// What is drawn over a run, and how much of the run is shown.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -59,14 +62,31 @@ pub struct DrawnPair {
     pub over: Overlay,
 }
 
-/// A line or a point as it is drawn.
+/// A line, a point or a circle as it is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sketched {
-    /// Both ends of a line; twice the place of a point.
+    /// Both ends of a line; twice the place of a point, or of the centre of a circle.
     pub ends: [Vec2; 2],
     pub is_point: bool,
+    /// Of a circle, metres; 0 of all else.
+    pub radius: f64,
     /// What to call it.
     pub name: String,
+}
+
+impl Sketched {
+    /// The line along which it is drawn, where it is no point.
+    pub fn places(&self) -> Vec<Vec2> {
+        if self.radius == 0.0 {
+            return self.ends.to_vec();
+        }
+        let circle = Circle {
+            center: self.ends[0],
+            radius: self.radius,
+            covariance: Matrix3::zeros(),
+        };
+        circle.outline().collect()
+    }
 }
 
 impl Overlay {

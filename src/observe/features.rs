@@ -9,7 +9,7 @@ use crate::core::config::Config;
 use crate::core::event::name_of;
 use crate::core::observer::{Setting, Source};
 use crate::core::replay::{CauseTold, Outcome};
-use crate::core::rounding::{covariance, rounded};
+use crate::core::rounding::{covariance, covariance_of_circle, rounded};
 use crate::core::tmam::feature::{Kind, MapFeature, Rejection, Shape};
 use crate::core::tmam::step::Extraction;
 use crate::core::tool::Tool;
@@ -41,6 +41,8 @@ pub struct Counts<'a> {
     no_echoes: u64,
     contact: u64,
     intersection: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    circle: Option<u64>,
     unidentified: u64,
     reasons: &'a BTreeMap<&'static str, u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,6 +64,7 @@ impl<'a> Counts<'a> {
             no_echoes: tally.no_echoes,
             contact: outcome.labelled("contact"),
             intersection: outcome.labelled("intersection"),
+            circle: outcome.labels.get("circle").copied(),
             unidentified: outcome.labelled("unidentified"),
             reasons: &outcome.reasons,
             suspects: None,
@@ -166,6 +169,8 @@ struct FeatureRow<'a> {
     opinion: Option<&'static str>,
     chi2_line: Option<f64>,
     chi2_point: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chi2_circle: Option<f64>,
     map_id: Option<u32>,
     action: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -176,6 +181,8 @@ struct FeatureRow<'a> {
 struct MapRows {
     lines: Vec<MapRow>,
     points: Vec<MapRow>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    circles: Vec<MapRow>,
 }
 
 #[derive(Debug, Serialize)]
@@ -208,6 +215,13 @@ enum ShapeFields {
         /// Over (rho, alpha); null where polar coordinates are singular, too.
         polar_covariance: Option<[[f64; 2]; 2]>,
     },
+    Circle {
+        x: f64,
+        y: f64,
+        radius: f64,
+        /// Over (x, y, radius).
+        covariance: [[f64; 3]; 3],
+    },
 }
 
 impl From<&Shape> for ShapeFields {
@@ -216,7 +230,7 @@ impl From<&Shape> for ShapeFields {
             Shape::Line(line) => Self::Line {
                 rho: rounded(line.rho),
                 theta: rounded(line.theta),
-                covariance: shape.covariance().map(covariance),
+                covariance: shape.covariance().as_ref().map(covariance),
                 mid: [rounded(line.mid.x), rounded(line.mid.y)],
                 half_length: rounded(line.half_length),
             },
@@ -225,12 +239,18 @@ impl From<&Shape> for ShapeFields {
                 Self::Point {
                     x: rounded(point.position.x),
                     y: rounded(point.position.y),
-                    covariance: shape.covariance().map(covariance),
+                    covariance: shape.covariance().as_ref().map(covariance),
                     rho: rounded(rho),
                     alpha: rounded(alpha),
                     polar_covariance: point.polar_covariance().as_ref().map(covariance),
                 }
             }
+            Shape::Circle(circle) => Self::Circle {
+                x: rounded(circle.center.x),
+                y: rounded(circle.center.y),
+                radius: rounded(circle.radius),
+                covariance: covariance_of_circle(&circle.covariance),
+            },
         }
     }
 }
@@ -262,6 +282,7 @@ pub fn write(mut out: impl Write, setting: &Setting<'_>, outcome: &Outcome) -> i
         map: MapRows {
             lines: map_of(Kind::Line),
             points: map_of(Kind::Point),
+            circles: map_of(Kind::Circle),
         },
     };
     serde_json::to_writer_pretty(&mut out, &file)?;
@@ -299,6 +320,7 @@ fn feature<'a>(extraction: &Extraction, setting: &Setting<'a>) -> FeatureRow<'a>
         opinion: opinion.map(|test| test.support.name()),
         chi2_line: opinion.map(|test| rounded(test.chi2_line)),
         chi2_point: opinion.map(|test| rounded(test.chi2_point)),
+        chi2_circle: opinion.and_then(|test| test.chi2_circle.map(rounded)),
         map_id: action.map_id(),
         action: action.name(),
         reason: action.rejection().map(Rejection::name),

@@ -158,7 +158,10 @@ impl<'a> Recording<'a> {
         let about = about::page(setting, &self.overlay.about, canvas.origin);
         canvas.put("/about", &about)?;
         canvas.put("/world", &plane::upright())?;
-        canvas.put("/world", &style::annotations(setting.sonars))?;
+        canvas.put(
+            "/world",
+            &style::annotations(setting.sonars, setting.config.departures().circles),
+        )?;
         for entity in LOOKS {
             canvas.put_look(entity)?;
         }
@@ -257,7 +260,8 @@ impl<'a> Recording<'a> {
         overlay::finish(&self.overlay, last, canvas)?;
         self.reports.draw_labels(&step.reports, canvas)?;
         canvas.flush()?;
-        reports::put_lanes(self.seen.iter().copied(), canvas)?;
+        let circles = self.setting.config.departures().circles;
+        reports::put_lanes(self.seen.iter().copied(), circles, canvas)?;
         let suspects = Suspects::draw(&self.reports, &step.reports, &step.predicting, canvas)?;
         if suspects.count > 0 {
             self.suspects = Some(suspects::table(&step.reports, &self.setting));
@@ -272,10 +276,18 @@ impl<'a> Recording<'a> {
 
     fn summary(&self, reports: &[ArcReport]) -> String {
         let arcs = |label| self.labels.get(label).copied().unwrap_or_default();
-        let [walls, points, tentative] = self.map.counts();
+        let [walls, points, circles, tentative] = self.map.counts();
+        let round = match (arcs("circle"), circles) {
+            (0, 0) => [String::new(), String::new()],
+            (arcs, circles) => [
+                format!("{arcs} circle, "),
+                format!(" and {}", counted(circles as u64, "circle")),
+            ],
+        };
+        let [round_arcs, round_features] = round;
         format!(
-            "end: {}; {} contact, {} intersection, {} unidentified arcs, {} suspect; {} and {} in the \
-             map, {tentative} more tentative",
+            "end: {}; {} contact, {} intersection, {round_arcs}{} unidentified arcs, {} suspect; {} and \
+             {}{round_features} in the map, {tentative} more tentative",
             counted(self.frames().unsigned_abs(), "frame"),
             arcs("contact"),
             arcs("intersection"),

@@ -139,9 +139,15 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     let (echoes, none) = (plural(tally.echoes, "echo"), tally.no_echoes);
     let [contact, intersection, unidentified] =
         ["contact", "intersection", "unidentified"].map(|label| outcome.labelled(label));
-    let arcs = contact + intersection + unidentified;
-    let labels =
-        format!("{contact} contact, {intersection} intersection, {unidentified} unidentified");
+    let circles = outcome.labelled("circle");
+    let arcs = contact + intersection + circles + unidentified;
+    let round = match circles {
+        0 => String::new(),
+        count => format!("{count} circle, "),
+    };
+    let labels = format!(
+        "{contact} contact, {intersection} intersection, {round}{unidentified} unidentified"
+    );
     let reasons = format!("unidentified: {}", counted(&outcome.reasons));
     let suspects = "labels that are contradicted: tmam explain --suspects says by what";
     let dropped = tally.dropped.values().sum();
@@ -325,7 +331,11 @@ fn tell(text: &mut String, (name, count, what): CountRow) {
 fn kinds(kinds: impl Iterator<Item = Kind> + Clone) -> String {
     let of_kind = |kind| kinds.clone().filter(|one| *one == kind).count() as u64;
     let (lines, points) = (of_kind(Kind::Line), of_kind(Kind::Point));
-    format!("{}, {}", plural(lines, "line"), plural(points, "point"))
+    let both = format!("{}, {}", plural(lines, "line"), plural(points, "point"));
+    match of_kind(Kind::Circle) {
+        0 => both,
+        circles => format!("{both}, {}", plural(circles, "circle")),
+    }
 }
 
 fn features(outcome: &Outcome) -> CountRow {

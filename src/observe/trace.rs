@@ -40,6 +40,9 @@ pub(super) struct TraceRow<'a> {
     pub wide_opinion: Option<&'static str>,
     pub wide_chi2_line: Option<f64>,
     pub wide_chi2_point: Option<f64>,
+    /// Where circles are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wide_chi2_circle: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub incidence: Option<f64>,
     pub map_opinion: Option<&'static str>,
@@ -97,6 +100,7 @@ pub(super) fn row<'a>(
         wide_opinion: window.map(|w| w.support.name()),
         wide_chi2_line: window.map(|w| rounded(w.chi2_line)),
         wide_chi2_point: window.map(|w| rounded(w.chi2_point)),
+        wide_chi2_circle: window.and_then(|w| w.chi2_circle.map(rounded)),
         incidence: report.oblique.map(|wall| rounded(wall.incidence)),
         map_opinion: report.map.map(|m| m.support.name()),
         suspect: report.is_suspect(),

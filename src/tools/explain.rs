@@ -311,6 +311,7 @@ impl Explanation {
         let what = match self.label {
             Label::Contact => "CONTACT: taken for part of a wall",
             Label::Intersection => "INTERSECTION: taken for a point",
+            Label::Circle => "CIRCLE: taken for part of a pillar",
             Label::Unidentified(reason) => match reason {
                 Reason::Missing => "UNIDENTIFIED: no echo before or after it, so no triple",
                 Reason::Gap => {

@@ -94,18 +94,35 @@ fn geojson(mut out: impl Write, setting: &Setting<'_>, map: &[MapFeature]) -> io
                 json!({ "type": "Point", "coordinates": place(point.position) }),
                 point.covariance,
             ),
+            Shape::Circle(circle) => (
+                "circle",
+                json!({
+                    "type": "Polygon",
+                    "coordinates": [circle.outline().map(place).collect::<Vec<_>>()],
+                }),
+                feature.shape.covariance().unwrap_or_default(),
+            ),
         };
+        let round = match &feature.shape {
+            Shape::Circle(circle) => Some((place(circle.center), rounded(circle.radius))),
+            Shape::Line(_) | Shape::Point(_) => None,
+        };
+        let mut properties = json!({
+            "kind": kind,
+            "status": feature.status,
+            "readings": feature.readings,
+            "runs": feature.runs,
+            "covariance": [[covariance.m11, covariance.m12], [covariance.m21, covariance.m22]],
+        });
+        if let (Some((center, radius)), Some(properties)) = (round, properties.as_object_mut()) {
+            properties.insert("center".to_owned(), json!(center));
+            properties.insert("radius".to_owned(), json!(radius));
+        }
         json!({
             "type": "Feature",
             "id": feature.id,
             "geometry": geometry,
-            "properties": {
-                "kind": kind,
-                "status": feature.status,
-                "readings": feature.readings,
-                "runs": feature.runs,
-                "covariance": [[covariance.m11, covariance.m12], [covariance.m21, covariance.m22]],
-            },
+            "properties": properties,
         })
     });
     let file = json!({
@@ -138,6 +155,15 @@ fn csv(out: impl Write, map: &[MapFeature]) -> io::Result<()> {
                 let [x, y] = [point.position.x, point.position.y].map(number);
                 let places = [x, y, nothing(), nothing(), nothing(), nothing()];
                 ("point", places, point.covariance)
+            }
+            // Its centre, and one of its places.
+            Shape::Circle(circle) => {
+                let nothing = String::new;
+                let (x, y) = (circle.center.x, circle.center.y);
+                let [x, y, beside] = [x, y, x + circle.radius].map(number);
+                let places = [x, y.clone(), beside, y, nothing(), nothing()];
+                let covariance = feature.shape.covariance().unwrap_or_default();
+                ("circle", places, covariance)
             }
         };
         let variances = [covariance.m11, covariance.m12, covariance.m22];

@@ -14,6 +14,7 @@ mod support;
 mod arcs;
 mod bad_input;
 mod calibrate;
+mod circles;
 mod drift;
 mod encodings;
 mod evaluate;

@@ -4,6 +4,7 @@
 //! The study takes a while, so it runs when asked for; the page says how. It fails where the page
 //! does not hold what it finds, and puts it there under `TMAM_UPDATE_DOCS=1`.
 
+mod circles;
 mod drives;
 mod methods;
 mod table_one;
@@ -13,6 +14,10 @@ use std::fs;
 use std::path::Path;
 
 use drives::{Case, Drive, Rules, run};
+use tmam_replay::core::config::Config;
+use tmam_replay::io::log::read;
+
+use crate::support::shared;
 use tables::Row;
 
 /// Seeds of the study.
@@ -32,6 +37,15 @@ const HARDER: [&str; 2] = ["<!-- harder: begin -->\n", "<!-- harder: end -->\n"]
 
 /// Where that of the methods stands on its own page.
 const METHODS: [&str; 2] = ["<!-- methods: begin -->\n", "<!-- methods: end -->\n"];
+
+/// Seeds of the drives with and without pillars.
+const SEEDS_OF_CIRCLES: u64 = 1;
+
+/// Where its table of a real house does.
+const HOUSE: [&str; 2] = ["<!-- house: begin -->\n", "<!-- house: end -->\n"];
+
+/// Where those of circles do.
+const CIRCLES: [&str; 2] = ["<!-- circles: begin -->\n", "<!-- circles: end -->\n"];
 
 /// Seeds of the drives that are not in the room's main tables, and of the switches.
 const FEWER_SEEDS: u64 = 10;
@@ -190,6 +204,49 @@ fn the_page_holds_what_the_study_finds_of_methods() {
     let scans = at_both(&[Drive::Scans]);
     found.extend(rows(&scans, FEWER_SEEDS, &Rules::methods(true)));
     hold_on("docs/methods.md", METHODS, &methods::table(&found));
+}
+
+/// Pillars, and the worlds without any in which circles would be wrong.
+fn cases_of_circles() -> Vec<Case> {
+    let pillars = [10, 20, 40].into_iter();
+    let pillars = pillars.flat_map(|radius| {
+        [0.001, 0.003, 0.010].map(|sigma| Case {
+            drive: Drive::Pillars(radius),
+            sigma,
+        })
+    });
+    let none = [
+        Drive::Stepwise,
+        Drive::Driven,
+        Drive::Posts(25),
+        Drive::Pillars(0),
+    ];
+    let none = none.into_iter().map(|drive| Case {
+        drive,
+        sigma: 0.003,
+    });
+    pillars.chain(none).collect()
+}
+
+#[test]
+#[ignore = "takes minutes; docs/evaluation.md says how to run it"]
+fn the_page_holds_what_the_study_finds_of_circles() {
+    let windows = circles::windows();
+    println!("{windows}");
+    let found = rows(&cases_of_circles(), SEEDS_OF_CIRCLES, &Rules::circles());
+    let text = format!("{windows}\n{}", circles::drives(&found));
+    hold(CIRCLES, &text);
+}
+
+/// A real log, of which nobody knows the truth.
+#[test]
+fn the_page_holds_what_each_method_makes_of_a_house() {
+    let Some(path) = shared("house_run1.mcap") else {
+        return;
+    };
+    let log = read(&path, &Config::default()).unwrap();
+    let found = methods::of_log(&log, &Rules::methods(false));
+    hold_on("docs/methods.md", HOUSE, &found);
 }
 
 /// Two drives of the same study: short, but known to run, and what it is about.

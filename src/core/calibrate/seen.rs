@@ -119,7 +119,7 @@ impl Scene {
             pings,
             places: (outcome.map.iter())
                 .filter(|feature| feature.status == Status::Confirmed)
-                .map(Place::of)
+                .filter_map(Place::of)
                 .collect(),
             mounts,
             farthest,
@@ -137,14 +137,15 @@ impl Scene {
 }
 
 impl Place {
-    fn of(feature: &MapFeature) -> Self {
-        Self {
-            landmark: Landmark::of(&feature.shape),
+    /// `None` of circles, which are no landmarks.
+    fn of(feature: &MapFeature) -> Option<Self> {
+        Some(Self {
+            landmark: Landmark::of(&feature.shape)?,
             extent: match feature.shape {
                 Shape::Line(segment) => Some(segment),
-                Shape::Point(_) => None,
+                Shape::Point(_) | Shape::Circle(_) => None,
             },
-        }
+        })
     }
 
     /// How a sensor should hear it; `None` where it stands on it.

@@ -140,6 +140,7 @@ impl Default for NoiseAwareOptions {
             gather: true,
             join_corners: true,
             oblique_walls: false,
+            circles: false,
         }
     }
 }

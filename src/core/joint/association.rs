@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::landmark::Landmark;
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{Action, MapFeature, Status};
 use crate::core::tmam::prediction::{MapPrediction, Reach};
@@ -71,6 +72,11 @@ impl Association {
     pub fn feature(&self, id: u32) -> Option<&MapFeature> {
         let at = self.features.binary_search_by_key(&id, |f| f.id);
         self.features.get(at.ok()?)
+    }
+
+    /// Whether a feature takes part in the estimate: circles do not, and stay where the replay puts them.
+    pub fn is_landmark(&self, id: u32) -> bool {
+        (self.feature(id)).is_some_and(|feature| Landmark::of(&feature.shape).is_some())
     }
 
     /// How many arcs each feature has, and the first of them.

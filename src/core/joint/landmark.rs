@@ -35,14 +35,15 @@ pub struct Predicted {
 }
 
 impl Landmark {
-    /// From where a feature is.
-    pub fn of(shape: &Shape) -> Self {
+    /// From where a feature is; circles are none.
+    pub fn of(shape: &Shape) -> Option<Self> {
         match shape {
-            Shape::Line(segment) => Self::Line {
+            Shape::Line(segment) => Some(Self::Line {
                 origin: segment.mid,
                 local: segment.about(segment.mid).0,
-            },
-            Shape::Point(point) => Self::Point(point.position),
+            }),
+            Shape::Point(point) => Some(Self::Point(point.position)),
+            Shape::Circle(_) => None,
         }
     }
 
@@ -137,7 +138,7 @@ impl Landmark {
     pub fn covering(&self, covariance: Matrix2<f64>, known: &Shape) -> Shape {
         match known {
             Shape::Line(segment) => self.shape(covariance, &segment.ends()),
-            Shape::Point(_) => self.shape(covariance, &[]),
+            Shape::Point(_) | Shape::Circle(_) => self.shape(covariance, &[]),
         }
     }
 }

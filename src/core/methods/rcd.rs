@@ -118,6 +118,7 @@ impl Region {
         let points = match kind {
             Kind::Line => points.contact,
             Kind::Point => points.intersection,
+            Kind::Circle => return None,
         };
         points.into_iter().flatten().next()
     }
@@ -196,6 +197,7 @@ impl Cluster {
                 let on: Vec<usize> = on.into_iter().map(|(_, member)| member).collect();
                 (Shape::Line(line), on)
             }
+            Kind::Circle => return None,
         };
         if on.len() < CLUSTER {
             return None;

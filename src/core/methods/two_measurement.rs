@@ -107,6 +107,8 @@ impl Rival for TwoMeasurement {
             let fit = match target(a, b) {
                 PairTarget::Feature(Kind::Line) => fit_line(&pair, &to_the_end),
                 PairTarget::Feature(Kind::Point) => fit_point(&pair, &to_the_end),
+                // It fixes no radius.
+                PairTarget::Feature(Kind::Circle) => continue,
                 PairTarget::Neither(reason) => {
                     self.reasons.insert(b.id, reason);
                     continue;

@@ -1,8 +1,8 @@
-//! Features: line segments and points with covariance.
+//! Features: line segments, points and circles with covariance.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::Serialize;
 
 pub use super::label::Kind;
@@ -35,6 +35,17 @@ pub struct Point {
     pub covariance: Matrix2<f64>,
 }
 
+/// A cylinder that stands upright, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle {
+    /// Where its axis is.
+    pub center: Vec2,
+    /// Metres.
+    pub radius: f64,
+    /// Covariance over (x, y, radius).
+    pub covariance: Matrix3<f64>,
+}
+
 /// What a run of arcs was fitted to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
@@ -42,6 +53,8 @@ pub enum Shape {
     Line(Segment),
     /// A run of intersection arcs.
     Point(Point),
+    /// A run of circle arcs.
+    Circle(Circle),
 }
 
 /// Why a fit was not registered.
@@ -146,6 +159,7 @@ impl Shape {
         match self {
             Self::Line(segment) => (segment.rho - place.dot(&unit(segment.theta))).abs(),
             Self::Point(point) => (point.position - place).norm(),
+            Self::Circle(circle) => ((circle.center - place).norm() - circle.radius).abs(),
         }
     }
 }
@@ -281,12 +295,37 @@ impl Point {
     }
 }
 
+impl Circle {
+    /// Over (x, y, radius), metres.
+    pub fn parameters(&self) -> Vector3<f64> {
+        self.center.push(self.radius)
+    }
+
+    /// From (x, y, radius) and the covariance over them.
+    pub fn of(parameters: Vector3<f64>, covariance: Matrix3<f64>) -> Self {
+        Self {
+            center: parameters.xy(),
+            radius: parameters.z,
+            covariance,
+        }
+    }
+
+    /// Places on it, the first one once more at the end.
+    pub fn outline(&self) -> impl Iterator<Item = Vec2> {
+        const STEPS: u32 = 32;
+        let Self { center, radius, .. } = *self;
+        let turn = |k: u32| 2.0 * PI * f64::from(k % STEPS) / f64::from(STEPS);
+        (0..=STEPS).map(move |k| center + unit(turn(k)) * radius)
+    }
+}
+
 impl Shape {
-    /// Its covariance, where the method knows one.
-    pub fn covariance(&self) -> Option<&Matrix2<f64>> {
+    /// Its covariance, where the method knows one; of a circle that of its centre.
+    pub fn covariance(&self) -> Option<Matrix2<f64>> {
         let covariance = match self {
-            Self::Line(segment) => &segment.covariance,
-            Self::Point(point) => &point.covariance,
+            Self::Line(segment) => segment.covariance,
+            Self::Point(point) => point.covariance,
+            Self::Circle(circle) => circle.covariance.fixed_view::<2, 2>(0, 0).into_owned(),
         };
         covariance
             .iter()
@@ -294,11 +333,12 @@ impl Shape {
             .then_some(covariance)
     }
 
-    /// Line or point.
+    /// Line, point or circle.
     pub fn kind(&self) -> Kind {
         match self {
             Self::Line(_) => Kind::Line,
             Self::Point(_) => Kind::Point,
+            Self::Circle(_) => Kind::Circle,
         }
     }
 }

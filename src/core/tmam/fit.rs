@@ -4,15 +4,18 @@
 //! any more, although every few metres of them do. So a run that does not fit as a whole is fitted in
 //! parts that do.
 
+mod circle;
 mod estimate;
 mod model;
 
 pub use estimate::FitOptions;
 
+use self::circle::estimate_circle;
 use self::estimate::{estimate, fit_to_the_end};
 use self::model::{CartesianPoint, LineFromEitherSide, LocalLine, Model};
 use super::arc::{Arc, ArcId};
-use super::feature::{Kind, Rejection, Shape};
+use super::circle::{CircleFit, covariance};
+use super::feature::{Circle, Kind, Rejection, Shape};
 use super::gauss_newton::chi2;
 use super::run::Run;
 use crate::core::ties;
@@ -79,11 +82,25 @@ fn fit<M: Model>(model: impl Fn(&Arc) -> M, arcs: &[Arc], options: &FitOptions) 
     }
 }
 
+/// Fits a circle to the arcs of a run; estimate and covariance in the world.
+pub fn fit_circle(arcs: &[Arc], options: &FitOptions) -> Fit {
+    let estimate = estimate_circle(arcs, options);
+    Fit {
+        shape: estimate.circle.map(Shape::Circle),
+        residual_rms: estimate.residual_rms,
+        iterations: estimate.iterations,
+        converged: estimate.circle.is_some(),
+        rejection: estimate.rejection,
+        outliers: estimate.outliers,
+    }
+}
+
 /// Fits a feature to the whole of a run.
 pub fn fit_run(run: &Run, options: &FitOptions) -> Fit {
     match run.kind {
         Kind::Line => fit_line(&run.associated, options),
         Kind::Point => fit_point(&run.associated, options),
+        Kind::Circle => fit_circle(&run.associated, options),
     }
 }
 
@@ -158,6 +175,13 @@ pub fn refit(shape: &Shape, arcs: &[Arc]) -> Option<Refit> {
             let found = fit_to_the_end(&CartesianPoint, arcs, point.position).ok()?;
             let misfit = chi2(&CartesianPoint, found.parameters, arcs);
             (CartesianPoint.shape(&found, arcs), misfit)
+        }
+        Shape::Circle(circle) => {
+            let fit = CircleFit::from(circle.parameters(), arcs)?;
+            let fit = fit.is_cylinder().then_some(fit)?;
+            let covariance = covariance(&fit.parameters, arcs)?;
+            let circle = Circle::of(fit.parameters, covariance);
+            (Shape::Circle(circle), fit.chi2)
         }
     };
     Some(Refit { shape, chi2 })

@@ -49,7 +49,7 @@ impl Hearing {
             .filter(|feature| feature.status == Status::Confirmed)
             .filter_map(|feature| match feature.shape {
                 Shape::Line(segment) => Some(segment),
-                Shape::Point(_) => None,
+                Shape::Point(_) | Shape::Circle(_) => None,
             })
             .collect();
         for report in reports.iter().filter(|report| report.triple.is_some()) {

@@ -1,9 +1,10 @@
-//! Hypothesis test: which of a line and a point explains neighbouring readings within their noise.
+//! Hypothesis test: which of a line, a point and, where they are asked for, a circle explains neighbouring readings within their noise.
 //!
 //! The paper compares two angles; it does not ask whether the readings are precise enough to tell.
 //! Here a line and a point are fitted to the same readings, inside the beams, and the weighted
 //! squares of what remains say what the readings themselves support.
 
+mod circle;
 mod gate;
 mod line;
 mod minimum;
@@ -15,6 +16,7 @@ use serde::Serialize;
 
 use self::line::BestLine;
 use super::arc::Arc;
+use super::circle::FEWEST;
 use super::label::{Kind, Label, Reason};
 
 /// What readings support.
@@ -25,6 +27,8 @@ pub enum Support {
     Line,
     /// Only a point does.
     Point,
+    /// Only a circle does, and there are more readings than it has unknowns.
+    Circle,
     /// Both do: the base line is too short for the noise, or the target is seen end-on.
     Ambiguous,
     /// Neither does: they come from different targets.
@@ -41,8 +45,12 @@ pub struct HypothesisTest {
     pub chi2_line: f64,
     /// The same of the best point.
     pub chi2_point: f64,
+    /// The same of the best circle, which has one degree of freedom less; `None` where circles are not asked for.
+    pub chi2_circle: Option<f64>,
     /// What either must stay below to explain so many readings.
     pub gate: f64,
+    /// What a circle must stay below.
+    pub gate_circle: f64,
     /// Whether the line fits better still where its foot leaves the beams: a smooth wall does not echo
     /// from there, a rough one does, with other ranges.
     pub is_beside: bool,
@@ -53,7 +61,14 @@ pub struct HypothesisTest {
 impl HypothesisTest {
     /// Of neighbouring arcs, at least three of them.
     pub fn of(arcs: &[Arc], gate: &Gate) -> Self {
-        Self::from_chi2(arcs.len(), line::best(arcs), point::least_chi2(arcs), gate)
+        Self::with_circles(false, arcs, gate)
+    }
+
+    /// The same, with circles if they are asked for.
+    pub fn with_circles(circles: bool, arcs: &[Arc], gate: &Gate) -> Self {
+        let (line, point) = (line::best(arcs), point::least_chi2(arcs));
+        let circle = circles.then(|| circle::least_chi2(arcs));
+        Self::from_chi2(arcs.len(), line, point, circle, gate)
     }
 
     /// The same readings under another gate.
@@ -62,22 +77,33 @@ impl HypothesisTest {
             chi2: self.chi2_line,
             is_beside: self.is_beside,
         };
-        Self::from_chi2(self.readings, line, self.chi2_point, gate)
+        Self::from_chi2(self.readings, line, self.chi2_point, self.chi2_circle, gate)
     }
 
-    fn from_chi2(readings: usize, line: BestLine, chi2_point: f64, gate: &Gate) -> Self {
+    fn from_chi2(
+        readings: usize,
+        line: BestLine,
+        chi2_point: f64,
+        chi2_circle: Option<f64>,
+        gate: &Gate,
+    ) -> Self {
         let chi2_line = line.chi2;
+        let gate_circle = gate.at(readings.saturating_sub(3));
         let gate = gate.at(readings.saturating_sub(2));
+        let is_circle = chi2_circle.is_some_and(|chi2| chi2 < gate_circle) && readings >= FEWEST;
         Self {
             readings,
             chi2_line,
             chi2_point,
+            chi2_circle,
             gate,
+            gate_circle,
             is_beside: line.is_beside,
             support: match (chi2_line < gate, chi2_point < gate) {
                 (true, false) => Support::Line,
                 (false, true) => Support::Point,
                 (true, true) => Support::Ambiguous,
+                (false, false) if is_circle => Support::Circle,
                 (false, false) => Support::Neither,
             },
         }
@@ -88,16 +114,27 @@ impl HypothesisTest {
         match kind {
             Kind::Line => self.chi2_line,
             Kind::Point => self.chi2_point,
+            Kind::Circle => self.chi2_circle.unwrap_or(f64::INFINITY),
         }
     }
 
+    /// Whether a circle explains the readings, or there are too few of them to say no.
+    fn may_be_circle(&self) -> bool {
+        (self.chi2_circle).is_some_and(|chi2| self.readings < FEWEST || chi2 < self.gate_circle)
+    }
+
     /// The kind of feature that alone explains the readings, where the other one is worse by at
-    /// least `decisive`, and a line's foot is in the beams.
+    /// least `decisive`, and a line's foot is in the beams. A circle, which has a parameter more, must be
+    /// better than both by that.
     pub fn decided(&self, decisive: f64) -> Option<Kind> {
+        if self.beyond(Kind::Circle, decisive) >= 0.0 {
+            return Some(Kind::Circle);
+        }
         let kind = self.support.kind()?;
         let (lead, is_open) = match kind {
             Kind::Line => (self.chi2_point - self.chi2_line, self.is_beside),
             Kind::Point => (self.chi2_line - self.chi2_point, false),
+            Kind::Circle => return None,
         };
         (lead >= decisive && !is_open).then_some(kind)
     }
@@ -111,9 +148,24 @@ impl HypothesisTest {
         }
     }
 
-    /// Whether more readings would tell no more: they decide, or neither kind explains them.
+    /// Whether more readings would tell no more: they decide, or no kind explains them. What is a point so far
+    /// may still turn out to be a circle, where these are asked for.
     pub fn is_final(&self, decisive: f64) -> bool {
-        self.decided(decisive).is_some() || self.support == Support::Neither
+        match self.decided(decisive) {
+            Some(Kind::Point) => self.chi2_circle.is_none(),
+            Some(Kind::Line | Kind::Circle) => true,
+            None => self.support == Support::Neither && !self.may_be_circle(),
+        }
+    }
+
+    /// Which of several windows, narrowest first, decides: the first that does, or the last one where that tells
+    /// a circle.
+    pub fn deciding(windows: &[Self], decisive: f64) -> Option<usize> {
+        let kind = |test: &Self| test.decided(decisive);
+        if windows.last().and_then(kind) == Some(Kind::Circle) {
+            return Some(windows.len() - 1);
+        }
+        windows.iter().position(|test| kind(test).is_some())
     }
 
     /// How far the readings are beyond deciding for a kind, as chi2: the least of its room below the
@@ -126,6 +178,13 @@ impl HypothesisTest {
         let (own, other) = match kind {
             Kind::Line => (self.chi2_line, self.chi2_point),
             Kind::Point => (self.chi2_point, self.chi2_line),
+            Kind::Circle => {
+                let circle = self.chi2_circle.filter(|_| self.readings >= FEWEST);
+                let other = self.chi2_line.min(self.chi2_point);
+                return circle.map_or(f64::NEG_INFINITY, |own| {
+                    (self.gate_circle - own).min(other - own - decisive)
+                });
+            }
         };
         // Of two infinite ones there is no difference, and no room below the gate either.
         let gate = self.gate;
@@ -134,20 +193,23 @@ impl HypothesisTest {
 
     /// Whether the readings contradict a label.
     pub fn contradicts(&self, label: Label) -> bool {
+        use Support::{Circle, Line, Neither, Point};
         match label {
-            Label::Contact => matches!(self.support, Support::Point | Support::Neither),
-            Label::Intersection => matches!(self.support, Support::Line | Support::Neither),
+            Label::Contact => matches!(self.support, Point | Circle | Neither),
+            Label::Intersection => matches!(self.support, Line | Circle | Neither),
+            Label::Circle => self.chi2_circle.is_some() && !self.may_be_circle(),
             Label::Unidentified(_) => false,
         }
     }
 }
 
 impl Support {
-    /// The word in files: `line`, `point`, `ambiguous` or `neither`.
+    /// The word in files: `line`, `point`, `circle`, `ambiguous` or `neither`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Line => "line",
             Self::Point => "point",
+            Self::Circle => "circle",
             Self::Ambiguous => "ambiguous",
             Self::Neither => "neither",
         }
@@ -158,6 +220,7 @@ impl Support {
         match self {
             Self::Line => Some(Kind::Line),
             Self::Point => Some(Kind::Point),
+            Self::Circle => Some(Kind::Circle),
             Self::Ambiguous | Self::Neither => None,
         }
     }

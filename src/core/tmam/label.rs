@@ -10,6 +10,8 @@ pub enum Kind {
     Line,
     /// A point.
     Point,
+    /// A circle, with `noise_aware.circles`.
+    Circle,
 }
 
 /// What an arc belongs to.
@@ -19,6 +21,8 @@ pub enum Label {
     Contact,
     /// A point.
     Intersection,
+    /// A circle.
+    Circle,
     /// Neither could be told.
     Unidentified(Reason),
 }
@@ -51,11 +55,12 @@ pub enum Reason {
 }
 
 impl Kind {
-    /// `line` or `point`.
+    /// `line`, `point` or `circle`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Line => "line",
             Self::Point => "point",
+            Self::Circle => "circle",
         }
     }
 
@@ -64,16 +69,18 @@ impl Kind {
         match self {
             Self::Line => Label::Contact,
             Self::Point => Label::Intersection,
+            Self::Circle => Label::Circle,
         }
     }
 }
 
 impl Label {
-    /// `contact`, `intersection` or `unidentified`.
+    /// `contact`, `intersection`, `circle` or `unidentified`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Contact => "contact",
             Self::Intersection => "intersection",
+            Self::Circle => "circle",
             Self::Unidentified(_) => "unidentified",
         }
     }
@@ -83,6 +90,7 @@ impl Label {
         match self {
             Self::Contact => Some(Kind::Line),
             Self::Intersection => Some(Kind::Point),
+            Self::Circle => Some(Kind::Circle),
             Self::Unidentified(_) => None,
         }
     }
@@ -91,7 +99,7 @@ impl Label {
     pub fn reason(self) -> Option<Reason> {
         match self {
             Self::Unidentified(reason) => Some(reason),
-            Self::Contact | Self::Intersection => None,
+            Self::Contact | Self::Intersection | Self::Circle => None,
         }
     }
 }

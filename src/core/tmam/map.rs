@@ -8,6 +8,7 @@ mod foretold;
 pub mod fusion;
 pub mod refine;
 pub mod rough;
+mod round;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -199,6 +200,21 @@ impl Map {
             settled.extend(self.end_walls());
         }
         settled
+    }
+
+    /// Points that are one cylinder become that, if the rule says so. Returns what changed, in order, and what
+    /// is gone.
+    pub fn round(&mut self, arcs: &[Arc]) -> (Vec<MapFeature>, Vec<u32>) {
+        let (mut settled, mut absorbed) = (Vec::new(), Vec::new());
+        if !self.departures.circles {
+            return (settled, absorbed);
+        }
+        while let Some(found) = round::first(&self.features, arcs, &self.bounds) {
+            self.features.retain(|f| !found.absorbed.contains(&f.id));
+            settled.extend(self.put(vec![found.feature]));
+            absorbed.extend(found.absorbed);
+        }
+        (settled, absorbed)
     }
 
     /// Walls that were seen at an angle as well, as far as that; each time is another run.

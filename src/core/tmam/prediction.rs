@@ -11,7 +11,7 @@ pub use wall::Reach;
 use serde::Serialize;
 
 use super::arc::Arc;
-use super::feature::{Kind, MapFeature, Point, Shape, Status};
+use super::feature::{Circle, Kind, MapFeature, Point, Shape, Status};
 use super::hypothesis::Support;
 use super::residual::RangeResidual;
 use crate::core::ties;
@@ -25,6 +25,7 @@ const UNSEEN: f64 = 0.15;
 pub struct MapPrediction {
     walls: Vec<Wall>,
     points: Vec<(u32, Point)>,
+    circles: Vec<(u32, Circle)>,
 }
 
 /// What the map says of a reading.
@@ -44,21 +45,30 @@ impl MapPrediction {
         let points: Vec<(u32, Point)> = confirmed()
             .filter_map(|f| match f.shape {
                 Shape::Point(point) => Some((f.id, point)),
-                Shape::Line(_) => None,
+                Shape::Line(_) | Shape::Circle(_) => None,
             })
             .collect();
+        let circles = confirmed().filter_map(|f| match f.shape {
+            Shape::Circle(circle) => Some((f.id, circle)),
+            Shape::Line(_) | Shape::Point(_) => None,
+        });
+        let circles = circles.collect();
         let walls = confirmed()
             .filter_map(|f| match f.shape {
                 Shape::Line(segment) => Some(Wall::new(f.id, segment, &points, reach)),
-                Shape::Point(_) => None,
+                Shape::Point(_) | Shape::Circle(_) => None,
             })
             .collect();
-        Self { walls, points }
+        Self {
+            walls,
+            points,
+            circles,
+        }
     }
 
     /// How many features it has.
     pub fn features(&self) -> usize {
-        self.walls.len() + self.points.len()
+        self.walls.len() + self.points.len() + self.circles.len()
     }
 
     /// How well the map fits an arc: by the feature that fits best. Where a wall ends is known only to about
@@ -69,7 +79,9 @@ impl MapPrediction {
         let walls = walls.filter_map(|wall| wall.fits(arc, UNSEEN));
         let points = self.points.iter();
         let points = points.filter_map(|(_, point)| explained_by(point, arc));
-        let residuals = walls.chain(points).map(|r| (r.chi2(), r));
+        let circles = self.circles.iter();
+        let circles = circles.filter_map(|(_, circle)| explained_by_circle(circle, arc));
+        let residuals = walls.chain(points).chain(circles).map(|r| (r.chi2(), r));
         ties::first_least(residuals, ties::of_chi2).map(|(_, residual)| residual)
     }
 
@@ -83,7 +95,14 @@ impl MapPrediction {
         let point = self
             .points
             .iter()
-            .filter_map(|(id, point)| Some((explained_by(point, arc)?.chi2(), *id)));
+            .filter_map(|(id, point)| Some((explained_by(point, arc)?.chi2(), (Kind::Point, *id))));
+        let circle = self.circles.iter().filter_map(|(id, circle)| {
+            Some((
+                explained_by_circle(circle, arc)?.chi2(),
+                (Kind::Circle, *id),
+            ))
+        });
+        let point = point.chain(circle);
         let point = ties::first_least(point, ties::of_chi2);
         let on = walls.iter().find(|(_, place)| *place == Place::On);
         let near_end = walls.iter().any(|(_, place)| *place == Place::AtEnd);
@@ -94,7 +113,7 @@ impl MapPrediction {
                 support: Support::Ambiguous,
                 feature: None,
             },
-            (None, Some((_, id))) => Prediction::of(Kind::Point, id),
+            (None, Some((_, (kind, id)))) => Prediction::of(kind, id),
             (None, None) => Prediction {
                 support: Support::Neither,
                 feature: None,
@@ -104,7 +123,7 @@ impl MapPrediction {
 }
 
 impl MapPrediction {
-    /// Which features explain a reading, by their ids: every wall, and every point unless a wall
+    /// Which features explain a reading, by their ids: every wall, and every point and circle unless a wall
     /// should have echoed first.
     pub fn associate(&self, arc: &Arc) -> Association {
         let mut found = Association::default();
@@ -120,6 +139,10 @@ impl MapPrediction {
         if !found.on_wall {
             let points = self.points.iter();
             let explaining = points.filter(|(_, point)| explained_by(point, arc).is_some());
+            found.any.extend(explaining.map(|(id, _)| *id));
+            let circles = self.circles.iter();
+            let explaining =
+                circles.filter(|(_, circle)| explained_by_circle(circle, arc).is_some());
             found.any.extend(explaining.map(|(id, _)| *id));
         }
         found
@@ -153,6 +176,7 @@ impl Prediction {
             support: match kind {
                 Kind::Line => Support::Line,
                 Kind::Point => Support::Point,
+                Kind::Circle => Support::Circle,
             },
             feature: Some(feature),
         }
@@ -165,6 +189,12 @@ pub struct Association {
     any: Vec<u32>,
     on_wall: bool,
     near_end: bool,
+}
+
+/// How far the reading is from a circle, where that explains it.
+fn explained_by_circle(circle: &Circle, arc: &Arc) -> Option<RangeResidual> {
+    let residual = RangeResidual::of_circle(circle, arc)?;
+    (residual.chi2() < SIGMAS * SIGMAS && residual.is_in_beam(arc)).then_some(residual)
 }
 
 /// How far the reading is from a point, where that explains it.

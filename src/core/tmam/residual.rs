@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 use nalgebra::{RowVector2, Vector2};
 
 use super::arc::Arc;
-use super::feature::{Point, Segment, Shape};
+use super::circle::circle_range;
+use super::feature::{Circle, Point, Segment, Shape};
 use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
 use crate::core::ties;
 
@@ -44,6 +45,7 @@ impl RangeResidual {
         match shape {
             Shape::Line(segment) => Some(Self::of_line(segment, arc)),
             Shape::Point(point) => Self::of_point(point, arc),
+            Shape::Circle(circle) => Self::of_circle(circle, arc),
         }
     }
 
@@ -72,6 +74,17 @@ impl RangeResidual {
             residual: arc.range - range,
             variance: arc.variance + variance.max(0.0),
             bearing: direction(ray.transpose()),
+        })
+    }
+
+    /// Of a cylinder; `None` where the sensor stands in it.
+    pub fn of_circle(circle: &Circle, arc: &Arc) -> Option<Self> {
+        let (range, by) = circle_range(&circle.parameters(), arc.center())?;
+        let variance = (by * circle.covariance * by.transpose()).x;
+        (range > ties::LENGTH).then(|| Self {
+            residual: arc.range - range,
+            variance: arc.variance + variance.max(0.0),
+            bearing: direction(by.transpose().xy()),
         })
     }
 

@@ -42,7 +42,10 @@ impl Stream {
                 match obstacle([&way_before, &way_after], report.bend, config) {
                     Some(reason) => report.label = Label::Unidentified(reason),
                     None => {
-                        report.triple = Some(TripleTest::of(&three, &config.triple, gate));
+                        let mut triple = TripleTest::of(&three, &config.triple, gate);
+                        // Three readings fix its three unknowns.
+                        triple.test.chi2_circle = config.departures().circles.then_some(0.0);
+                        report.triple = Some(triple);
                         newest.triple = Some(three);
                     }
                 }
@@ -72,7 +75,10 @@ impl Stream {
         if let Some(arc) = next {
             let before = self.pending.iter().rev().nth(1);
             let triple = before.and_then(|before| Some(before.report.triple?.test));
-            let settled = self.window.push(arc, triple, &config.opinion, gate);
+            let settled = {
+                let circles = config.departures().circles;
+                (self.window).push(arc, triple, &config.opinion, circles, gate)
+            };
             self.settle(settled);
         }
     }

@@ -49,6 +49,9 @@ struct Growing {
     oblique: Option<ObliqueWall>,
     lacking: Lacking,
     margin: f64,
+    /// Where circles are asked for: how many windows it took to decide for a point, and the margin of that. Wider
+    /// ones may still tell a circle.
+    point: Option<(usize, f64)>,
 }
 
 impl Lacking {
@@ -80,6 +83,7 @@ impl AdaptiveWindow {
         arc: Arc,
         triple: Option<HypothesisTest>,
         bounds: &config::TestBounds,
+        circles: bool,
         gate: &Gate,
     ) -> Vec<WindowResult> {
         let newest = self.first + self.arcs.len();
@@ -93,10 +97,11 @@ impl AdaptiveWindow {
             oblique: None,
             lacking: Lacking::NOTHING_SEEN,
             margin: f64::INFINITY,
+            point: None,
         });
         let mut growing = std::mem::take(&mut self.growing);
         for one in growing.iter_mut().filter(|one| !one.done) {
-            self.widen(one, newest, triple, bounds, gate);
+            self.widen(one, newest, triple, bounds, circles, gate);
         }
         self.growing = growing;
         let settled = self.settled(|one| one.done);
@@ -118,6 +123,7 @@ impl AdaptiveWindow {
         newest: usize,
         triple: Option<HypothesisTest>,
         bounds: &config::TestBounds,
+        circles: bool,
         gate: &Gate,
     ) {
         let half = newest - one.at;
@@ -129,8 +135,11 @@ impl AdaptiveWindow {
             return;
         }
         let triple = triple.filter(|_| half == 1);
-        let test = triple.unwrap_or_else(|| HypothesisTest::of(self.window(one.at, half), gate));
-        if test.support == Support::Neither {
+        let test = triple.unwrap_or_else(|| {
+            HypothesisTest::with_circles(circles, self.window(one.at, half), gate)
+        });
+        one.done = test.is_final(bounds.decisive);
+        if test.support == Support::Neither && one.done && one.point.is_none() {
             // The last reading is the newest there is: the stretch before it tells more.
             let width = 2 * half + 1;
             one.oblique = ObliqueWall::behind(self.stretch(), width, gate, bounds.decisive);
@@ -138,7 +147,6 @@ impl AdaptiveWindow {
         let (gate, least) = (test.gate, test.chi2_line.min(test.chi2_point));
         let kind = test.decided(bounds.decisive);
         one.decided = kind.is_some();
-        one.done = test.is_final(bounds.decisive);
         let [line, point] =
             [Kind::Line, Kind::Point].map(|kind| test.beyond(kind, bounds.decisive));
         let before = one.lacking;
@@ -150,6 +158,7 @@ impl AdaptiveWindow {
         one.margin = match kind {
             Some(Kind::Line) => line.min(before.point).min(before.neither),
             Some(Kind::Point) => point.min(before.line).min(before.neither),
+            Some(Kind::Circle) => test.beyond(Kind::Circle, bounds.decisive),
             None => {
                 let nearest = one.lacking.line.min(one.lacking.point);
                 let could_grow = half < one.at && half < bounds.max_half_width;
@@ -162,6 +171,14 @@ impl AdaptiveWindow {
             }
         };
         one.tests.push(test);
+        one.point = match kind {
+            Some(Kind::Circle) => None,
+            Some(Kind::Point) if circles => one.point.or(Some((half, one.margin))),
+            _ => one.point,
+        };
+        if let Some((_, margin)) = one.point {
+            (one.decided, one.margin) = (true, margin);
+        }
     }
 
     /// The newest arcs, which lie side by side.
@@ -177,10 +194,14 @@ impl AdaptiveWindow {
 
     fn settled(&mut self, may_go: impl Fn(&Growing) -> bool) -> Vec<WindowResult> {
         let mut settled = Vec::new();
-        while let Some(one) = self.growing.pop_front_if(|one| may_go(one)) {
+        while let Some(mut one) = self.growing.pop_front_if(|one| may_go(one)) {
             let Some(arc) = self.arcs.get(one.at - self.first) else {
                 continue;
             };
+            // What turned out to be no circle is the point that it was.
+            if let Some((deciding, _)) = one.point {
+                one.tests.truncate(deciding);
+            }
             let readings = if one.decided {
                 self.window(one.at, one.tests.len()).to_vec()
             } else {
@@ -245,7 +266,7 @@ mod tests {
                 beam_width: 0.5,
                 variance: 9e-6,
             };
-            settled.extend(widening.push(arc, None, &bounds, &gate));
+            settled.extend(widening.push(arc, None, &bounds, false, &gate));
         }
         settled.extend(widening.end());
         let became = |window: &WindowResult| Became {

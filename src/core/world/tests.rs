@@ -153,6 +153,7 @@ proptest! {
                 prop_assert!(t > -1e-9 && t < (wall.end - wall.start).norm() + 1e-9, "on the wall");
                 foot
             }
+            Reflector::Circle(_) => unreachable!("these worlds have no pillars"),
         };
         prop_assert!(((target - sensor).norm() - echo.range).abs() < 1e-9);
         prop_assert!(angle_between(direction(target - sensor), yaw) <= beam / 2.0 + 1e-9);
@@ -271,4 +272,68 @@ fn sound_comes_back_by_way_of_two_walls() {
         None,
         "beyond its range"
     );
+}
+
+/// A pillar of 20 cm on the x axis, before a wall at x = 4, and a thinner one behind it.
+fn with_pillars() -> World {
+    let pillars = [[2.0, 0.0, 0.2], [3.0, 0.05, 0.1]].map(|[x, y, radius]| Pillar {
+        center: Vec2::new(x, y),
+        radius,
+    });
+    World::with_pillars(vec![wall(4.0, -5.0, 4.0, 5.0)], vec![], pillars.to_vec()).unwrap()
+}
+
+#[test]
+fn a_pillar_echoes_from_its_nearest_place_and_hides_what_is_behind() {
+    let world = with_pillars();
+    let echo = world.echo(Pose2::IDENTITY, BEAM, 10.0).unwrap();
+    assert_eq!(echo.reflector, Reflector::Circle(0));
+    assert!((echo.range - 1.8).abs() < 1e-12, "{echo:?}");
+    // Its axis must be in the beam, or what is behind it echoes where that is in sight.
+    let aside = Pose2::new(0.0, 0.0, 0.3);
+    assert_eq!(world.echo(aside, 0.4, 10.0), None);
+    let below = Pose2::new(2.0, -1.0, 0.0);
+    let echo = world.echo(below, 0.2, 10.0).unwrap();
+    assert_eq!(echo.reflector, Reflector::Line(0));
+    // From within it there is nothing to hear.
+    assert_eq!(world.echo(Pose2::new(2.0, 0.1, 0.0), BEAM, 10.0), None);
+}
+
+#[test]
+fn pillars_are_written_where_there_are_any_and_checked() {
+    let text = serde_json::to_string(&with_pillars()).unwrap();
+    assert!(
+        text.contains("\"pillars\":[[2.0,0.0,0.2],[3.0,0.05,0.1]]"),
+        "{text}"
+    );
+    assert_eq!(World::from_json(&text).unwrap(), with_pillars());
+    assert!(
+        !serde_json::to_string(&World::room())
+            .unwrap()
+            .contains("pillars")
+    );
+    assert!(World::from_json(r#"{"walls": [], "pillars": [[1, 2, 0.3]]}"#).is_ok());
+    let thin = World::from_json(r#"{"walls": [], "pillars": [[1, 2, 0]]}"#);
+    assert!(matches!(thin, Err(WorldError::ThinPillar { index: 0, .. })));
+}
+
+proptest! {
+    #[test]
+    fn the_echo_of_a_pillar_is_the_least_distance_to_it(
+        x in -3.0..3.0f64, y in -3.0..3.0f64, radius in 0.05..0.8f64,
+    ) {
+        let center = Vec2::new(0.4, -0.2);
+        let pillar = Pillar { center, radius };
+        let world = World::with_pillars(vec![], vec![], vec![pillar]).unwrap();
+        let sensor = Vec2::new(x, y);
+        let towards = direction(center - sensor);
+        let heard = world.echo(Pose2::new(x, y, towards), 0.3, 20.0);
+        let distance = (center - sensor).norm();
+        prop_assert_eq!(heard.is_some(), distance > radius);
+        if let Some(echo) = heard {
+            let around = (0..720).map(|k| center + unit(f64::from(k) * 0.5_f64.to_radians()) * radius);
+            let least = around.map(|place| (place - sensor).norm()).fold(f64::INFINITY, f64::min);
+            prop_assert!(echo.range <= least + 1e-12 && echo.range > least - 1e-3 * (1.0 + radius));
+        }
+    }
 }

@@ -123,6 +123,7 @@ pub const KEYS: &[Key] = &[
     key("noise_aware.gather", Plain, Any, "at the end, features from all readings that they alone explain"),
     key("noise_aware.join_corners", Plain, Any, "at the end, walls and the corners in which they meet together"),
     key("noise_aware.oblique_walls", Plain, Any, "rough walls seen at an angle support walls of the map, and extend them"),
+    key("noise_aware.circles", Plain, Any, "true: pillars are circles of the map; default: false"),
 
     key("sonars.beam_width", Degrees, Between(0.0, 360.0), "deg, full angle; where the message has none"),
     key("sonars.range_scale", Plain, Above(0.0), "what ranges are multiplied with; default: 1"),

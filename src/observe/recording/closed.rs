@@ -48,6 +48,9 @@ impl Closed {
                 arcs: associated.map(|arc| origin.sweep(arc)).collect(),
                 line: match extraction.shape {
                     Some(Shape::Line(line)) => Some(line.ends().map(|end| origin.xy(end)).into()),
+                    Some(Shape::Circle(circle)) => {
+                        Some(circle.outline().map(|at| origin.xy(at)).collect())
+                    }
                     _ => None,
                 },
                 point: match extraction.shape {
@@ -101,6 +104,7 @@ fn color(extraction: &Extraction) -> Color {
         (Action::Rejected(_), _) => style::REJECTED,
         (_, Kind::Line) => style::CONTACT,
         (_, Kind::Point) => style::INTERSECTION,
+        (_, Kind::Circle) => style::CIRCLE,
     }
 }
 
@@ -165,6 +169,11 @@ fn estimate(extraction: &Extraction) -> String {
             let [x, y] = [point.position.x, point.position.y].map(|place| fixed(place, 3));
             format!("x {x} m, y {y} m")
         }
+        Some(Shape::Circle(circle)) => {
+            let [x, y, radius] =
+                [circle.center.x, circle.center.y, circle.radius].map(|place| fixed(place, 3));
+            format!("x {x} m, y {y} m, radius {radius} m")
+        }
         None => return String::new(),
     };
     format!("{place}, rms {:.1} mm; ", extraction.residual_rms * 1e3)
@@ -212,6 +221,8 @@ mod tests {
                 readings: 8,
                 chi2_line: 5.0,
                 chi2_point: 500.0,
+                chi2_circle: None,
+                gate_circle: 6.63,
                 is_beside: false,
                 support: Support::Line,
             }),

@@ -32,9 +32,10 @@ pub enum Entity {
     ClosedArcs,
     ClosedLines,
     ClosedPoints,
-    /// A page of the map; so are the next three.
+    /// A page of the map; so are the next four.
     MapLines(u32),
     MapPoints(u32),
+    MapCircles(u32),
     MapCovariance(u32),
     MapIds(u32),
     Robot,
@@ -128,6 +129,7 @@ impl Entity {
             Self::ClosedPoints => "/world/features/points",
             Self::MapLines(page) => return format!("/world/map/lines/{page}"),
             Self::MapPoints(page) => return format!("/world/map/points/{page}"),
+            Self::MapCircles(page) => return format!("/world/map/circles/{page}"),
             Self::MapCovariance(page) => return format!("/world/map/covariance/{page}"),
             Self::MapIds(page) => return format!("/world/map/ids/{page}"),
             Self::Robot => "/world/robot",
@@ -192,6 +194,7 @@ impl Entity {
             Self::MapCovariance(_) => Look::strips(0.5, All(style::COVARIANCE), 3.0),
             Self::MapLines(_) => Look::strips(2.5, Each, 4.0).named(),
             Self::MapPoints(_) => Look::dots(4.5, Each, 5.0).named(),
+            Self::MapCircles(_) => Look::strips(2.5, Each, 4.5).named(),
             Self::ClosedArcs => Look::strips(0.75, Each, 6.0).named(),
             Self::Arcs => Look::strips(2.0, Class, 7.0).named(),
             Self::ClosedLines => Look::strips(4.5, Each, 8.0).named(),
@@ -208,7 +211,11 @@ impl Entity {
     pub fn is_page(self) -> bool {
         matches!(
             self,
-            Self::MapLines(_) | Self::MapPoints(_) | Self::MapCovariance(_) | Self::MapIds(_)
+            Self::MapLines(_)
+                | Self::MapPoints(_)
+                | Self::MapCircles(_)
+                | Self::MapCovariance(_)
+                | Self::MapIds(_)
         )
     }
 }

@@ -1,6 +1,6 @@
-//! The map as it grows: walls, points and how sure they are.
+//! The map as it grows: walls, points, pillars and how sure they are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rerun::Color;
 
@@ -29,13 +29,10 @@ impl DrawnMap {
     /// Takes in what a step changed in the map, and draws the map after it.
     pub fn draw(&mut self, at: Moment, step: &Step, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         // The kinds of feature that changed, by page.
-        let mut touched = BTreeMap::<u32, [bool; 2]>::new();
+        let mut touched = BTreeMap::<u32, BTreeSet<&str>>::new();
         let mut touch = |feature: &MapFeature| {
-            let [walls, corners] = touched.entry(feature.id / PAGE).or_default();
-            match feature.shape.kind() {
-                Kind::Line => *walls = true,
-                Kind::Point => *corners = true,
-            }
+            let kinds = touched.entry(feature.id / PAGE).or_default();
+            kinds.insert(feature.shape.kind().name());
         };
         for extraction in &step.extractions {
             let absorbed = extraction.absorbed.iter();
@@ -51,10 +48,13 @@ impl DrawnMap {
         gone.for_each(|gone| touch(&gone));
         for feature in &step.settled {
             touch(feature);
-            self.features.insert(feature.id, *feature);
+            // A point that turned out to be a circle is a point no longer.
+            if let Some(before) = self.features.insert(feature.id, *feature) {
+                touch(&before);
+            }
         }
-        for (page, [walls, corners]) in touched {
-            self.draw_page(page, at, walls, corners, canvas)?;
+        for (page, kinds) in touched {
+            self.draw_page(page, at, &kinds, canvas)?;
         }
         Ok(())
     }
@@ -63,8 +63,7 @@ impl DrawnMap {
         &self,
         page: u32,
         at: Moment,
-        walls: bool,
-        corners: bool,
+        kinds: &BTreeSet<&str>,
         canvas: &mut Canvas<'_>,
     ) -> Result<(), Error> {
         let (origin, first) = (canvas.origin, page * PAGE);
@@ -77,40 +76,57 @@ impl DrawnMap {
                 let ends = line.ends().map(|end| origin.xy(end)).to_vec();
                 Some(mark(ends, feature, style::WALL))
             }
-            Shape::Point(_) => None,
+            Shape::Point(_) | Shape::Circle(_) => None,
         });
         let of_points = features().filter_map(|feature| match &feature.shape {
             Shape::Point(point) => Some(mark(origin.xy(point.position), feature, style::CORNER)),
-            Shape::Line(_) => None,
+            Shape::Line(_) | Shape::Circle(_) => None,
         });
-        if walls {
+        let of_circles = features().filter_map(|feature| match &feature.shape {
+            Shape::Circle(circle) => {
+                let outline = circle.outline().map(|at| origin.xy(at)).collect();
+                Some(mark(outline, feature, style::PILLAR))
+            }
+            Shape::Line(_) | Shape::Point(_) => None,
+        });
+        if kinds.contains(Kind::Line.name()) {
             canvas.row(
                 Entity::MapLines(page),
                 at,
                 Shown::Strips(of_lines.collect()),
             )?;
         }
-        if corners {
+        if kinds.contains(Kind::Point.name()) {
             canvas.row(
                 Entity::MapPoints(page),
                 at,
                 Shown::Dots(of_points.collect()),
             )?;
         }
+        if kinds.contains(Kind::Circle.name()) {
+            let circles = Shown::Strips(of_circles.collect());
+            canvas.row(Entity::MapCircles(page), at, circles)?;
+        }
         let ids = features().filter(|feature| feature.status == Status::Confirmed);
         let ids = ids.map(|feature| {
             let at = match &feature.shape {
                 Shape::Line(line) => line.mid,
                 Shape::Point(point) => point.position,
+                Shape::Circle(circle) => circle.center,
             };
             Dot::named(origin.xy(at), feature.id.to_string())
         });
         canvas.row(Entity::MapIds(page), at, Shown::Dots(ids.collect()))?;
         let known = features().filter(|feature| feature.shape.covariance().is_some());
         let outlines = known.map(|feature| {
+            let covariance = feature.shape.covariance().unwrap_or_default();
             let outline = match &feature.shape {
                 Shape::Line(segment) => band(segment),
                 Shape::Point(point) => ellipse(point),
+                Shape::Circle(circle) => ellipse(&Point {
+                    position: circle.center,
+                    covariance,
+                }),
             };
             let outline = outline.into_iter().map(|at| origin.xy(at));
             Strip::from(outline.collect::<Vec<_>>())
@@ -119,14 +135,15 @@ impl DrawnMap {
         canvas.row(Entity::MapCovariance(page), at, outlines)
     }
 
-    /// How many confirmed lines, confirmed points and tentative features the map has.
-    pub fn counts(&self) -> [usize; 3] {
-        let mut counts = [0; 3];
-        let [lines, points, tentative] = &mut counts;
+    /// How many confirmed lines, confirmed points, confirmed circles and tentative features the map has.
+    pub fn counts(&self) -> [usize; 4] {
+        let mut counts = [0; 4];
+        let [lines, points, circles, tentative] = &mut counts;
         for feature in self.features.values() {
             match (feature.status, feature.shape.kind()) {
                 (Status::Confirmed, Kind::Line) => *lines += 1,
                 (Status::Confirmed, Kind::Point) => *points += 1,
+                (Status::Confirmed, Kind::Circle) => *circles += 1,
                 (Status::Tentative, _) => *tentative += 1,
             }
         }

@@ -117,8 +117,8 @@ pub fn finish(overlay: &Overlay, at: Moment, canvas: &mut Canvas<'_>) -> Result<
     let lines = |sketched: &[Sketched]| {
         let lines = sketched.iter().filter(|one| !one.is_point);
         let strip = |one: &Sketched| {
-            let ends = one.ends.map(|end| origin.xy(end));
-            Strip::named(ends.to_vec(), one.name.clone())
+            let places = one.places().into_iter().map(|place| origin.xy(place));
+            Strip::named(places.collect(), one.name.clone())
         };
         Shown::Strips(lines.map(strip).collect())
     };
@@ -144,8 +144,11 @@ pub fn put_layer(
     let of = |points: bool| sketched.iter().filter(move |one| one.is_point == points);
     let names = |points: bool| of(points).map(|one| one.name.as_str());
     let look = Look::strips(radii[0], paint, order).shown(named);
-    let ends = of(false).map(|one| one.ends.map(|end| origin.xy(end)));
-    let strips = LineStrips2D::new(ends).with_labels(names(false));
+    let places = |one: &Sketched| -> Vec<[f32; 2]> {
+        let places = one.places().into_iter();
+        places.map(|place| origin.xy(place)).collect()
+    };
+    let strips = LineStrips2D::new(of(false).map(places)).with_labels(names(false));
     canvas.put(format!("{at}/{lines}"), &look.of_strips(strips))?;
     let look = Look::dots(radii[1], paint, order).shown(named);
     let places = of(true).map(|one| origin.xy(one.ends[0]));

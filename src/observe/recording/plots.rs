@@ -10,6 +10,7 @@ use super::style;
 use crate::core::config::Config;
 use crate::core::event::SonarId;
 use crate::core::rounding::fixed;
+use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
 use crate::observe::viewer::Error;
 
@@ -116,11 +117,14 @@ fn lead(report: &ArcReport) -> Option<f64> {
     Some(window.chi2_point - window.chi2_line)
 }
 
-/// chi2 of the better of line and point in the widest window, by its gate.
+/// chi2 of the better of line and point in the widest window, by its gate; of a circle, where it is one.
 fn fit(report: &ArcReport) -> Option<f64> {
     report.triple.as_ref()?;
     let window = report.window()?;
-    Some(window.chi2_line.min(window.chi2_point) / window.gate)
+    Some(match window.chi2_circle {
+        Some(circle) if report.label == Label::Circle => circle / window.gate_circle,
+        _ => window.chi2_line.min(window.chi2_point) / window.gate,
+    })
 }
 
 fn ratio(report: &ArcReport) -> Option<f64> {

@@ -9,7 +9,7 @@ use rerun::StateConfiguration;
 use super::canvas::{Canvas, Moment, Shown};
 use super::entity::Entity;
 use super::evidence::Known;
-use super::style::{self, LABELS};
+use super::style;
 use crate::core::event::SonarId;
 use crate::core::tmam::label::{Kind, Label};
 use crate::core::tmam::report::ArcReport;
@@ -30,9 +30,10 @@ pub struct Reports {
 }
 
 /// How a lane shows a label that is suspect: what it is called there, and its word.
-const SUSPECTS: [(Kind, &str, &str); 2] = [
+const SUSPECTS: [(Kind, &str, &str); 3] = [
     (Kind::Line, "contact, suspect", "SUSPECT wall"),
     (Kind::Point, "intersection, suspect", "SUSPECT corner"),
+    (Kind::Circle, "circle, suspect", "SUSPECT pillar"),
 ];
 
 impl Reports {
@@ -90,6 +91,7 @@ impl Reports {
                 let above = match report.label {
                     Label::Contact => 0.2,
                     Label::Intersection => 0.0,
+                    Label::Circle => 0.1,
                     Label::Unidentified(_) => -0.2,
                 };
                 let dot = (f64::from(sonar.0) + above, dot_color(report));
@@ -133,15 +135,20 @@ pub fn dot_color(report: &ArcReport) -> rerun::Color {
 /// for any other.
 pub fn put_lanes(
     seen: impl Iterator<Item = SonarId>,
+    circles: bool,
     canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
-    let names = LABELS.iter().map(|look| style::name(look.label));
+    let names = style::looks(circles).map(|look| style::name(look.label));
     let suspects = SUSPECTS.iter();
+    let suspects = suspects.filter(|(kind, ..)| circles || *kind != Kind::Circle);
     let look = StateConfiguration::new()
         .with_values(names.chain(suspects.clone().map(|(_, name, _)| (*name).to_owned())))
-        .with_labels((LABELS.iter().map(|look| look.word)).chain(suspects.map(|(.., word)| *word)))
+        .with_labels(
+            (style::looks(circles).map(|look| look.word))
+                .chain(suspects.clone().map(|(.., word)| *word)),
+        )
         .with_colors(
-            (LABELS.iter().map(|look| look.shade)).chain([style::SUSPECT, style::SUSPECT]),
+            (style::looks(circles).map(|look| look.shade)).chain(suspects.map(|_| style::SUSPECT)),
         );
     for sonar in seen {
         canvas.put_on(Entity::Labels(sonar), &look)?;

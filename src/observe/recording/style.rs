@@ -12,6 +12,8 @@ use crate::core::tmam::label::Reason::{
 pub const CONTACT: Color = rgb(0x4d, 0xa6, 0xff);
 /// A point: intersection arcs, intersection points, corners.
 pub const INTERSECTION: Color = rgb(0xff, 0xa6, 0x2b);
+/// A circle: its arcs.
+pub const CIRCLE: Color = rgb(0xd6, 0x5b, 0xff);
 /// Neither could be told.
 pub const UNIDENTIFIED: Color = rgb(0x62, 0x66, 0x6e);
 /// A fit that was not used.
@@ -32,6 +34,8 @@ pub const BEAM: Color = rgb(0x34, 0x38, 0x40);
 pub const WALL: Color = rgb(0xf2, 0xf4, 0xf8);
 /// Points of the map.
 pub const CORNER: Color = rgb(0xff, 0xe0, 0x8a);
+/// Circles of the map.
+pub const PILLAR: Color = rgb(0xe9, 0xa8, 0xff);
 /// Features of the map that too little speaks for.
 pub const TENTATIVE: Color = rgb(0x7d, 0x83, 0x90);
 /// Arcs whose label is contradicted.
@@ -95,7 +99,15 @@ const fn look(label: Label, class: u16, word: &'static str, shade: Color) -> Lab
     }
 }
 
-/// Every label an arc can have.
+/// What is added where circles are a hypothesis.
+pub const ROUND: LabelLook = look(Label::Circle, 3, "pillar", CIRCLE);
+
+/// Every label an arc can have where they are, or are not.
+pub fn looks(circles: bool) -> impl Iterator<Item = &'static LabelLook> {
+    LABELS.iter().chain(circles.then_some(&ROUND))
+}
+
+/// Every label an arc can have without circles.
 pub const LABELS: [LabelLook; 10] = [
     look(Label::Contact, 1, "wall", CONTACT),
     look(Label::Intersection, 2, "corner", INTERSECTION),
@@ -136,7 +148,7 @@ pub const LABELS: [LabelLook; 10] = [
 
 /// The number that stands for a label.
 pub fn class(label: Label) -> u16 {
-    let look = LABELS.iter().find(|look| look.label == label);
+    let look = looks(true).find(|look| look.label == label);
     look.map_or(0, |look| look.class)
 }
 
@@ -145,6 +157,7 @@ pub fn color(label: Label) -> Color {
     match label {
         Label::Contact => CONTACT,
         Label::Intersection => INTERSECTION,
+        Label::Circle => CIRCLE,
         Label::Unidentified(_) => UNIDENTIFIED,
     }
 }
@@ -158,8 +171,8 @@ pub fn name(label: Label) -> String {
 }
 
 /// Name and colour of every class.
-pub fn annotations(sonars: &[Sonar]) -> AnnotationContext {
-    let labels = LABELS.iter().map(|LabelLook { label, class, .. }| {
+pub fn annotations(sonars: &[Sonar], circles: bool) -> AnnotationContext {
+    let labels = looks(circles).map(|LabelLook { label, class, .. }| {
         ClassDescription::from((*class, name(*label).as_str(), color(*label).0))
     });
     let sonars = (FIRST_SONAR..).zip(sonars).zip(wheel(sonars.len()));

@@ -110,6 +110,7 @@ fn ghost(feature: &MapFeature, canvas: &Canvas<'_>) -> Strip {
             .map(|quarter| unit(std::f64::consts::FRAC_PI_2 * f64::from(quarter % 4)))
             .map(|corner| point.position + corner * RADIUS)
             .collect(),
+        Shape::Circle(circle) => circle.outline().collect(),
     };
     let name = format!("the map: {}", word(feature.shape.kind()));
     let places = places.into_iter().map(|place| canvas.origin.xy(place));

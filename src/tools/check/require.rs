@@ -15,7 +15,7 @@ pub enum RequirementError {
     #[error("`{key} = \"{bound}\"` asks for nothing that is measured; {}", if *.is_known {
         "give a bound such as \">= 6\", \"<= 2\", \"> 0.8\" or \"< 0.01\""
     } else {
-        "there are walls, points, arcs, labelled, suspects, explained (a share, 0 to 1), and where a log carries \
+        "there are walls, points, circles, arcs, labelled, suspects, explained (a share, 0 to 1), and where a log carries \
          the truth wrong_labels (a share) and nees"
     })]
     Unknown {

@@ -42,7 +42,8 @@ impl ExtractedScore {
             let mut counts: BTreeMap<Reflector, usize> = BTreeMap::new();
             for target in &feature.targets {
                 if let (Target::Reflector(of @ Reflector::Line(_)), Kind::Line)
-                | (Target::Reflector(of @ Reflector::Point(_)), Kind::Point) = (target, kind)
+                | (Target::Reflector(of @ Reflector::Point(_)), Kind::Point)
+                | (Target::Reflector(of @ Reflector::Circle(_)), Kind::Circle) = (target, kind)
                 {
                     *counts.entry(*of).or_default() += 1;
                 }

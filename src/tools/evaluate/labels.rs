@@ -40,6 +40,10 @@ impl ScoredArc {
                 self.target,
                 Target::Reflector(Reflector::Point(_))
             )),
+            Label::Circle => Some(matches!(
+                self.target,
+                Target::Reflector(Reflector::Circle(_))
+            )),
             Label::Unidentified(_) => None,
         }
     }
@@ -52,8 +56,15 @@ pub struct ByTarget {
     pub line: u64,
     /// From a point.
     pub point: u64,
+    /// From a pillar; in files where there are any.
+    #[serde(skip_serializing_if = "is_none")]
+    pub circle: u64,
     /// From neither.
     pub other: u64,
+}
+
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 impl ByTarget {
@@ -61,13 +72,14 @@ impl ByTarget {
         *match target {
             Target::Reflector(Reflector::Line(_)) => &mut self.line,
             Target::Reflector(Reflector::Point(_)) => &mut self.point,
+            Target::Reflector(Reflector::Circle(_)) => &mut self.circle,
             Target::Other(_) => &mut self.other,
         } += 1;
     }
 
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.line + self.point + self.other
+        self.line + self.point + self.circle + self.other
     }
 }
 
@@ -128,6 +140,9 @@ pub struct LabelScore {
     pub wrong: Wrong,
     pub contact: Class,
     pub intersection: Class,
+    /// Where the replay gave it, or the world has pillars that echoed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circle: Option<Class>,
     /// Arcs without a label.
     pub unidentified: ByTarget,
     /// Arcs without a label, by the reason.
@@ -149,9 +164,12 @@ impl LabelScore {
             score.take(arc);
         }
         let (contact, intersection) = (score.contact.arcs, score.intersection.arcs);
+        let circle = score.circle.unwrap_or_default().arcs;
         let missing = score.unidentified;
-        let lines = contact.line + intersection.line + missing.line;
-        let points = contact.point + intersection.point + missing.point;
+        let all = [contact, intersection, circle, missing];
+        let sum = |of: fn(&ByTarget) -> u64| all.iter().map(of).sum::<u64>();
+        let (lines, points) = (sum(|by| by.line), sum(|by| by.point));
+        let pillars = sum(|by| by.circle);
         let class = |arcs: ByTarget, right, all| Class {
             arcs,
             precision: share(right, arcs.total()),
@@ -159,14 +177,18 @@ impl LabelScore {
         };
         score.contact = class(contact, contact.line, lines);
         score.intersection = class(intersection, intersection.point, points);
+        let are_told = circle.total() + pillars > 0;
+        score.circle = are_told.then(|| class(circle, circle.circle, pillars));
         score.coverage = share(score.given(), score.arcs);
         score.wrong_share = share(score.wrong_labels(), score.given());
         let rough = score.other.get(Other::Oblique.name()).copied();
         let oblique = &mut score.oblique;
         oblique.precision = share(oblique.right, oblique.arcs);
         oblique.recall = share(oblique.right, rough.unwrap_or_default());
-        let confused = contact.point + intersection.line;
-        let known = confused + contact.line + intersection.point;
+        let right = contact.line + intersection.point + circle.circle;
+        let of_things = |by: ByTarget| by.total() - by.other;
+        let known = [contact, intersection, circle].map(of_things).iter().sum();
+        let confused = known - right;
         score.wrong_share_known = share(confused, known);
         score
     }
@@ -179,6 +201,10 @@ impl LabelScore {
         match arc.label {
             Label::Contact => self.contact.arcs.count(arc.target),
             Label::Intersection => self.intersection.arcs.count(arc.target),
+            Label::Circle => {
+                let circle = self.circle.get_or_insert_default();
+                circle.arcs.count(arc.target);
+            }
             Label::Unidentified(reason) => {
                 self.unidentified.count(arc.target);
                 let of_reason = self.reasons.entry(reason.name()).or_default();
@@ -200,14 +226,21 @@ impl LabelScore {
     /// Whether the world is the one that the robot drove in: more than one arc in twenty comes from
     /// what is in it.
     pub fn fits_the_world(&self) -> bool {
-        let labels = [self.contact.arcs, self.intersection.arcs, self.unidentified];
-        let known: u64 = labels.iter().map(|by| by.line + by.point).sum();
+        let circle = self.circle.unwrap_or_default().arcs;
+        let labels = [
+            self.contact.arcs,
+            self.intersection.arcs,
+            circle,
+            self.unidentified,
+        ];
+        let known: u64 = labels.iter().map(|by| by.total() - by.other).sum();
         self.arcs == 0 || known * 20 > self.arcs
     }
 
     /// Labels given.
     pub fn given(&self) -> u64 {
-        self.contact.arcs.total() + self.intersection.arcs.total()
+        let circle = self.circle.unwrap_or_default().arcs;
+        self.contact.arcs.total() + self.intersection.arcs.total() + circle.total()
     }
 
     /// Wrong ones among them.

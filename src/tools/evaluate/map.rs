@@ -69,6 +69,9 @@ pub struct MapScore {
     pub exact: bool,
     pub lines: KindScore,
     pub points: KindScore,
+    /// Where the world has pillars or the map circles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circles: Option<KindScore>,
 }
 
 /// Whether a feature has enough behind it to be held against the truth strictly.
@@ -84,10 +87,15 @@ impl MapScore {
             KindScore::new(kind, &features.collect::<Vec<_>>(), truth)
         };
         let (lines, points) = (of_kind(Kind::Line), of_kind(Kind::Point));
+        let circles = of_kind(Kind::Circle);
+        let are_told = circles.features > 0 || !truth.world().pillars().is_empty();
         Self {
-            exact: lines.is_exact() && points.is_exact(),
+            exact: [&lines, &points, &circles]
+                .iter()
+                .all(|kind| kind.is_exact()),
             lines,
             points,
+            circles: are_told.then_some(circles),
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Matrix3, Vector2};
 use serde::{Serialize, Serializer};
 
 use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::core::rounding::{number, optional};
 use crate::core::statistics::share;
-use crate::core::tmam::feature::{Point, Segment, Shape};
-use crate::core::world::{Reflector, Wall, World};
+use crate::core::tmam::feature::{Circle, Point, Segment, Shape};
+use crate::core::world::{Pillar, Reflector, Wall, World};
 
 /// A segment whose middle lies farther than this from a wall's line is not that wall, metres.
 pub const LINE_OFFSET: f64 = 0.10;
@@ -20,6 +20,9 @@ pub const POINT_DISTANCE: f64 = 0.20;
 
 /// The value that a chi2 with two degrees of freedom exceeds one time in twenty.
 const CHI2_95: f64 = 5.991;
+
+/// The same with three.
+const CHI2_95_OF_THREE: f64 = 7.815;
 
 /// How far a feature is from the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -37,6 +40,15 @@ pub enum Error {
         #[serde(skip)]
         rho_at_origin: f64,
     },
+    /// Of a circle.
+    Circle {
+        /// Of the centre, metres.
+        #[serde(serialize_with = "number")]
+        distance: f64,
+        /// Feature minus truth, metres.
+        #[serde(serialize_with = "number")]
+        radius: f64,
+    },
     Point {
         /// Metres.
         #[serde(serialize_with = "number")]
@@ -49,7 +61,7 @@ pub enum Error {
 pub struct Comparison {
     #[serde(flatten)]
     pub error: Error,
-    /// Normalised error squared, e^T P^-1 e, with two degrees of freedom; `None` where the
+    /// Normalised error squared, e^T P^-1 e, with two degrees of freedom, of circles three; `None` where the
     /// covariance has no inverse.
     #[serde(serialize_with = "optional")]
     pub nees: Option<f64>,
@@ -67,6 +79,9 @@ pub fn compare(shape: &Shape, reflector: Reflector, world: &World) -> Option<Com
         )),
         (Shape::Point(point), Reflector::Point(index)) => {
             Some(compare_point(point, *world.points().get(index)?))
+        }
+        (Shape::Circle(circle), Reflector::Circle(index)) => {
+            Some(compare_circle(circle, world.pillars().get(index)?))
         }
         _ => None,
     }
@@ -88,6 +103,7 @@ pub fn nearest_truth(place: Vec2, reflector: Reflector, world: &World) -> Option
             Some(line.start + line.along * (place - line.start).dot(&line.along))
         }
         Reflector::Point(index) => world.points().get(index).copied(),
+        Reflector::Circle(index) => Some(world.pillars().get(index)?.center),
     }
 }
 
@@ -183,6 +199,20 @@ fn compare_point(point: &Point, truth: Vec2) -> Comparison {
     }
 }
 
+fn compare_circle(circle: &Circle, truth: &Pillar) -> Comparison {
+    let error = circle.parameters() - truth.center.push(truth.radius);
+    let (distance, radius) = (error.xy().norm(), error.z);
+    let square = |x: f64| (x / POINT_DISTANCE) * (x / POINT_DISTANCE);
+    let inverse = circle.covariance.try_inverse();
+    let nees = inverse.map(|inverse: Matrix3<f64>| error.dot(&(inverse * error)));
+    let is_near = distance <= POINT_DISTANCE && radius.abs() <= POINT_DISTANCE;
+    Comparison {
+        error: Error::Circle { distance, radius },
+        nees: nees.filter(|nees| nees.is_finite() && *nees >= 0.0),
+        cost: is_near.then(|| square(distance) + square(radius)),
+    }
+}
+
 /// e^T P^-1 e.
 fn nees(error: Vector2<f64>, covariance: &Matrix2<f64>) -> Option<f64> {
     let nees = error.dot(&(covariance.try_inverse()? * error));
@@ -223,9 +253,12 @@ pub struct Errors {
     /// Of lines, radians.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub theta: Option<Spread>,
-    /// Of points, metres.
+    /// Of points and centres of circles, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Spread>,
+    /// Of circles, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<Spread>,
     /// Against their covariances.
     pub nees: Nees,
 }
@@ -241,25 +274,39 @@ impl Errors {
                 max: errors.iter().copied().fold(0.0, f64::max),
             })
         };
-        let nees: Vec<f64> = comparisons.clone().filter_map(|c| c.nees).collect();
+        // Each with its degrees of freedom, and what one in twenty exceeds.
+        let known = |c: &Comparison| {
+            let (freedom, most) = match c.error {
+                Error::Circle { .. } => (3, CHI2_95_OF_THREE),
+                Error::Line { .. } | Error::Point { .. } => (2, CHI2_95),
+            };
+            Some((c.nees?, freedom, most))
+        };
+        let nees: Vec<(f64, u64, f64)> = comparisons.clone().filter_map(known).collect();
         let count = nees.len() as u64;
-        let within = nees.iter().filter(|nees| **nees <= CHI2_95).count() as u64;
+        let within = nees.iter().filter(|(nees, _, most)| nees <= most).count() as u64;
+        let freedom: u64 = nees.iter().map(|(_, freedom, _)| freedom).sum();
+        let sum: f64 = nees.iter().map(|(nees, ..)| nees).sum();
         Self {
             rho: spread(|error| match error {
                 Error::Line { rho, .. } => Some(rho),
-                Error::Point { .. } => None,
+                Error::Point { .. } | Error::Circle { .. } => None,
             }),
             theta: spread(|error| match error {
                 Error::Line { theta, .. } => Some(theta),
-                Error::Point { .. } => None,
+                Error::Point { .. } | Error::Circle { .. } => None,
             }),
             position: spread(|error| match error {
-                Error::Point { distance } => Some(distance),
+                Error::Point { distance } | Error::Circle { distance, .. } => Some(distance),
                 Error::Line { .. } => None,
+            }),
+            radius: spread(|error| match error {
+                Error::Circle { radius, .. } => Some(radius),
+                Error::Line { .. } | Error::Point { .. } => None,
             }),
             nees: Nees {
                 features: count,
-                mean: (count > 0).then(|| nees.iter().sum::<f64>() / (2 * count) as f64),
+                mean: (count > 0).then(|| sum / freedom as f64),
                 within_95: share(within, count),
             },
         }

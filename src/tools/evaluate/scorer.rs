@@ -44,6 +44,9 @@ pub struct Evaluation {
 pub struct Extractions {
     pub lines: ExtractedScore,
     pub points: ExtractedScore,
+    /// Where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circles: Option<ExtractedScore>,
 }
 
 impl Evaluation {
@@ -76,6 +79,8 @@ impl Evaluation {
             extracted: Extractions {
                 lines: ExtractedScore::new(Kind::Line, &extracted, truth),
                 points: ExtractedScore::new(Kind::Point, &extracted, truth),
+                circles: Some(ExtractedScore::new(Kind::Circle, &extracted, truth))
+                    .filter(|score| score.features > 0),
             },
             map: MapScore::new(outcome.map.iter(), truth),
             confirmed: MapScore::new(outcome.map.iter().filter(|f| is_confirmed(f)), truth),

@@ -52,7 +52,7 @@ fn head(setting: &Setting<'_>, truth: &Truth) -> String {
         ),
     };
     format!(
-        "{}{} against {origin},\nin a world of {} and {}, ends of walls included\n",
+        "{}{} against {origin},\nin a world of {} and {}, ends of walls included{}\n",
         one_line(&setting.source.file),
         if setting.source.complete {
             ""
@@ -61,6 +61,10 @@ fn head(setting: &Setting<'_>, truth: &Truth) -> String {
         },
         counted(world.walls().len() as u64, "wall"),
         counted(world.points().len() as u64, "point"),
+        match world.pillars().len() {
+            0 => String::new(),
+            pillars => format!(", and {}", counted(pillars as u64, "pillar")),
+        },
     )
 }
 
@@ -70,25 +74,30 @@ fn labels(score: &LabelScore) -> String {
     let mut rows: Vec<Row> = vec![
         class("contact", score.contact),
         class("intersection", score.intersection),
-        ("unidentified".to_owned(), score.unidentified, None),
     ];
+    rows.extend(score.circle.map(|circle| class("circle", circle)));
+    rows.extend([("unidentified".to_owned(), score.unidentified, None)]);
     let reasons = score.reasons.iter();
     rows.extend(reasons.map(|(reason, arcs)| (format!("  {reason}"), *arcs, None)));
     let of_class = |row: &Row, of: fn(Class) -> Option<f64>| {
         row.2.map_or_else(String::new, |class| percent(of(class)))
     };
-    let mut text = listed::<Row>(
-        1,
-        &[
-            ("label", &|(name, ..)| name.clone()),
-            ("line", &|(_, arcs, _)| arcs.line.to_string()),
-            ("point", &|(_, arcs, _)| arcs.point.to_string()),
-            ("other", &|(_, arcs, _)| arcs.other.to_string()),
-            ("precision %", &|row| of_class(row, |class| class.precision)),
-            ("recall %", &|row| of_class(row, |class| class.recall)),
-        ],
-        &rows,
-    );
+    let mut columns: Vec<TableColumn<'_, Row>> = vec![
+        ("label", &|(name, ..)| name.clone()),
+        ("line", &|(_, arcs, _)| arcs.line.to_string()),
+        ("point", &|(_, arcs, _)| arcs.point.to_string()),
+        ("other", &|(_, arcs, _)| arcs.other.to_string()),
+    ];
+    if score.circle.is_some() {
+        columns.insert(3, ("pillar", &|(_, arcs, _)| arcs.circle.to_string()));
+    }
+    let precision = |row: &Row| of_class(row, |class| class.precision);
+    let recall = |row: &Row| of_class(row, |class| class.recall);
+    columns.extend([
+        ("precision %", &precision as &dyn Fn(&Row) -> String),
+        ("recall %", &recall),
+    ]);
+    let mut text = listed::<Row>(1, &columns, &rows);
     let _ = writeln!(
         text,
         "  {} of {} arcs labelled ({} %), {} labels wrong ({} %; {} % of those on a wall or point)\n  \
@@ -165,6 +174,8 @@ fn path(score: &PathScore) -> String {
 
 fn map(score: &MapScore) -> String {
     type Row<'a> = (&'a str, &'a KindScore);
+    let mut kinds: Vec<Row<'_>> = vec![("lines", &score.lines), ("points", &score.points)];
+    kinds.extend(score.circles.iter().map(|kind| ("circles", kind)));
     let where_known =
         |x: Option<f64>, told: &dyn Fn(f64) -> String| x.map_or_else(String::new, told);
     let mut text = listed::<Row<'_>>(
@@ -185,7 +196,7 @@ fn map(score: &MapScore) -> String {
                 where_known(kind.overrun, &|overrun| format!("{overrun:.2}"))
             }),
         ],
-        &[("lines", &score.lines), ("points", &score.points)],
+        &kinds,
     );
     text.push_str(
         "  there: walls and points that echoed at least 3 times, each of them matched or missed; spurious: no\n  \
@@ -193,7 +204,12 @@ fn map(score: &MapScore) -> String {
          asked for, another part of a wall that is matched, or what echoed less often; beyond: length of\n  \
          these lines beside no wall\n",
     );
-    for (name, kind) in [("walls", &score.lines), ("points", &score.points)] {
+    for (name, kind) in kinds {
+        let name = match name {
+            "lines" => "walls",
+            "circles" => "pillars",
+            _ => name,
+        };
         if kind.without_own() > 0 {
             let _ = writeln!(
                 text,
@@ -212,14 +228,28 @@ fn map(score: &MapScore) -> String {
 
 fn errors(evaluation: &Evaluation) -> String {
     type Row<'a> = (String, u64, &'a Errors);
-    let extracted = [
+    let mut extracted = vec![
         ("lines", &evaluation.extracted.lines),
         ("points", &evaluation.extracted.points),
     ];
-    let in_map = [
+    extracted.extend(
+        evaluation
+            .extracted
+            .circles
+            .iter()
+            .map(|score| ("circles", score)),
+    );
+    let mut in_map = vec![
         ("lines", &evaluation.map.lines),
         ("points", &evaluation.map.points),
     ];
+    in_map.extend(
+        evaluation
+            .map
+            .circles
+            .iter()
+            .map(|score| ("circles", score)),
+    );
     let in_map = in_map.into_iter();
     let mut rows: Vec<Row<'_>> = in_map
         .map(|(name, kind)| {
@@ -236,6 +266,9 @@ fn errors(evaluation: &Evaluation) -> String {
         ));
         rows.push((format!("run {name}, near one"), near.nees.features, near));
     }
+    // They have a radius, and nothing that lines have.
+    let (circles, rows): (Vec<Row<'_>>, Vec<Row<'_>>) =
+        (rows.into_iter()).partition(|(_, _, errors)| errors.radius.is_some());
     let told = |of: Option<Spread>, which: fn(Spread) -> f64, scale, decimals| {
         of.map_or_else(String::new, |spread| {
             optional(Some(which(spread) * scale), decimals)
@@ -257,6 +290,22 @@ fn errors(evaluation: &Evaluation) -> String {
         ("in 95 %", &|(.., e)| percent(e.nees.within_95)),
     ];
     let mut text = listed(1, &columns, &rows);
+    if !circles.is_empty() {
+        text.push_str(&listed(
+            1,
+            &[
+                ("features", &|(name, ..): &Row<'_>| name.clone()),
+                ("number", &|(_, count, _)| count.to_string()),
+                ("place mm", &|(.., e)| told(e.position, |s| s.mean, 1e3, 1)),
+                ("", &|(.., e)| told(e.position, |s| s.max, 1e3, 1)),
+                ("radius mm", &|(.., e)| told(e.radius, |s| s.mean, 1e3, 1)),
+                ("", &|(.., e)| told(e.radius, |s| s.max, 1e3, 1)),
+                ("NEES", &|(.., e)| optional(e.nees.mean, 2)),
+                ("in 95 %", &|(.., e)| percent(e.nees.within_95)),
+            ],
+            &circles,
+        ));
+    }
     let purity = |score: &ExtractedScore| {
         format!(
             "{} ({} % of one target)",

@@ -38,11 +38,12 @@ pub enum Target {
 }
 
 impl Target {
-    /// The word in files: `line`, `point`, or why neither.
+    /// The word in files: `line`, `point`, `circle`, or why none of them.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reflector(Reflector::Line(_)) => "line",
             Self::Reflector(Reflector::Point(_)) => "point",
+            Self::Reflector(Reflector::Circle(_)) => "circle",
             Self::Other(other) => other.name(),
         }
     }
@@ -50,7 +51,7 @@ impl Target {
     /// Which wall or which point of the world, from 0.
     pub fn index(self) -> Option<usize> {
         match self {
-            Self::Reflector(Reflector::Line(index) | Reflector::Point(index)) => Some(index),
+            Self::Reflector(of) => Some(of.index()),
             Self::Other(_) => None,
         }
     }
@@ -135,7 +136,7 @@ pub enum TruthError {
     NoSuchReflector {
         /// The log.
         file: String,
-        /// `wall` or `point`.
+        /// `wall`, `point` or `pillar`.
         kind: &'static str,
         /// From 0.
         index: usize,
@@ -281,6 +282,7 @@ impl Truth {
         let ends = match shape {
             Shape::Line(segment) => segment.ends(),
             Shape::Point(point) => [point.position; 2],
+            Shape::Circle(circle) => [circle.center; 2],
         };
         let is_near = move |reflector: &Reflector| {
             let there = match reflector {
@@ -289,6 +291,10 @@ impl Truth {
                     wall.map(|wall| [wall.start, wall.end])
                 }
                 Reflector::Point(index) => self.world.points().get(*index).map(|p| [*p; 2]),
+                Reflector::Circle(index) => {
+                    let pillar = self.world.pillars().get(*index);
+                    pillar.map(|pillar| [pillar.center; 2])
+                }
             };
             there.is_some_and(|there| boxes_meet(ends, there))
         };
@@ -305,6 +311,9 @@ impl Truth {
             Kind::Line => (0..self.world.walls().len()).map(Reflector::Line).collect(),
             Kind::Point => (0..self.world.points().len())
                 .map(Reflector::Point)
+                .collect(),
+            Kind::Circle => (0..self.world.pillars().len())
+                .map(Reflector::Circle)
                 .collect(),
         }
     }
@@ -377,6 +386,7 @@ impl Truth {
         let (kind, index, known) = match reflector {
             Reflector::Line(index) => ("wall", index, self.world.walls().len()),
             Reflector::Point(index) => ("point", index, self.world.points().len()),
+            Reflector::Circle(index) => ("pillar", index, self.world.pillars().len()),
         };
         if index < known {
             return Ok(());

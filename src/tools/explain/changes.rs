@@ -237,7 +237,9 @@ impl<'a> Windows<'a> {
         let mut tests = report(place).map_or_else(Vec::new, |report| report.windows.to_vec());
         for m in tests.len() + 1..=room {
             let arcs = (place - m..=place + m).filter_map(|at| Some(report(at)?.arc));
-            tests.push(HypothesisTest::of(&arcs.collect::<Vec<Arc>>(), &gate));
+            let arcs: Vec<Arc> = arcs.collect();
+            let circles = config.departures().circles;
+            tests.push(HypothesisTest::with_circles(circles, &arcs, &gate));
         }
         Self { tests, bounds }
     }
@@ -272,7 +274,9 @@ impl<'a> Windows<'a> {
             "neither opinion.decisive nor opinion.gate alone can do it"
         };
         let mut changes = Vec::new();
-        for name in ["contact", "intersection", "unidentified"] {
+        let circles = self.tests.iter().any(|test| test.chi2_circle.is_some());
+        let names = ["contact", "intersection", "unidentified"];
+        for name in names.into_iter().chain(circles.then_some("circle")) {
             let wanted = |(label, _): &&(Label, Need)| label.name() == name;
             let found = [&decisive_tried, &gate_tried].map(|tried| tried.iter().find(wanted));
             let needs = found.iter().flatten().map(|(_, need)| *need);
@@ -289,10 +293,16 @@ impl<'a> Windows<'a> {
     /// The label under another gate and lead.
     fn label_with(&self, gate: f64, decisive: f64) -> Option<Label> {
         let gate = Gate::new(gate);
-        let mut tests = self.tests.iter().map(|test| test.under(&gate));
-        let last = tests.clone().next_back()?;
-        let test = tests.find(|test| test.is_final(decisive)).unwrap_or(last);
-        Some(test.label(decisive))
+        let mut tests: Vec<HypothesisTest> = Vec::new();
+        for test in self.tests.iter().map(|test| test.under(&gate)) {
+            tests.push(test);
+            if test.is_final(decisive) {
+                break;
+            }
+        }
+        let last = tests.len().checked_sub(1)?;
+        let at = HypothesisTest::deciding(&tests, decisive).unwrap_or(last);
+        Some(tests.get(at)?.label(decisive))
     }
 }
 

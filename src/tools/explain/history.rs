@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::triple::place;
 use crate::core::geometry::Vec2;
 use crate::core::replay::Outcome;
-use crate::core::rounding::{number, rounded};
+use crate::core::rounding::{number, optional, rounded};
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::feature::{MapFeature, Rejection, Shape, Status};
 use crate::core::tmam::hypothesis::Support;
@@ -47,6 +47,9 @@ pub struct RunStory {
     pub chi2_line: f64,
     #[serde(serialize_with = "number")]
     pub chi2_point: f64,
+    /// Where circles are asked for.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
+    pub chi2_circle: Option<f64>,
     /// `registered`, `merged` or `rejected`.
     pub action: &'static str,
     /// Why it was rejected.
@@ -84,6 +87,11 @@ pub enum FeaturePlace {
         x: f64,
         y: f64,
     },
+    Circle {
+        x: f64,
+        y: f64,
+        radius: f64,
+    },
 }
 
 fn xy(v: Vec2) -> [f64; 2] {
@@ -106,6 +114,11 @@ impl FinalFeature {
                 Shape::Point(point) => FeaturePlace::Point {
                     x: rounded(point.position.x),
                     y: rounded(point.position.y),
+                },
+                Shape::Circle(circle) => FeaturePlace::Circle {
+                    x: rounded(circle.center.x),
+                    y: rounded(circle.center.y),
+                    radius: rounded(circle.radius),
                 },
             },
         }
@@ -153,6 +166,7 @@ impl RunStory {
             opinion: opinion.support,
             chi2_line: opinion.chi2_line,
             chi2_point: opinion.chi2_point,
+            chi2_circle: opinion.chi2_circle,
             action: extraction.action.name(),
             reason: extraction.action.rejection(),
             map_id,
@@ -173,7 +187,7 @@ impl RunStory {
         };
         let mut text = format!(
             "  feature {}: a {} from {}, {} (frames {}-{}){part}\n    residual {:.2} mm rms; all its \
-             readings support: {} (chi2 line {}, point {})\n    {became}\n",
+             readings support: {} (chi2 line {}, point {}{})\n    {became}\n",
             self.feature,
             self.kind.name(),
             counted(self.arcs as u64, "labelled arc"),
@@ -184,6 +198,8 @@ impl RunStory {
             self.opinion.name(),
             chi2(self.chi2_line),
             chi2(self.chi2_point),
+            (self.chi2_circle)
+                .map_or_else(String::new, |circle| format!(", circle {}", chi2(circle))),
         );
         if let Some(feature) = &self.in_the_end {
             let moved = match self.map_id == Some(feature.id) {
@@ -195,6 +211,9 @@ impl RunStory {
                     format!("line {} - {}", place(a), place(b))
                 }
                 FeaturePlace::Point { x, y } => format!("point {}", place([x, y])),
+                FeaturePlace::Circle { x, y, radius } => {
+                    format!("circle {}, radius {radius:.3}", place([x, y]))
+                }
             };
             let _ = writeln!(
                 text,
@@ -219,6 +238,7 @@ pub fn text(runs: &[RunStory], map: Option<Prediction>) -> String {
         let says = match (map.support, map.feature) {
             (Support::Line, Some(id)) => format!("a line explains this reading (its {id})"),
             (Support::Point, Some(id)) => format!("a point explains this reading (its {id})"),
+            (Support::Circle, Some(id)) => format!("a circle explains this reading (its {id})"),
             (Support::Ambiguous, _) => "it may be a wall or the point at its end".to_owned(),
             _ => "no confirmed feature explains this reading".to_owned(),
         };
@@ -293,6 +313,7 @@ impl Doubt {
         let says = match self.says {
             Support::Line => "only a line explains",
             Support::Point => "only a point explains",
+            Support::Circle => "only a circle explains",
             _ => "neither a line nor a point explains",
         };
         match (self.by, self.readings) {
@@ -322,11 +343,11 @@ pub struct TruthStory {
 /// What echoed at an arc.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Echoed {
-    /// `line` or `point`; else why it was neither.
+    /// `line`, `point` or `circle`; else why it was none.
     pub what: &'static str,
     /// Which wall or point of the world, from 0.
     pub index: Option<usize>,
-    /// Where it is: the two ends of a wall, or a point; metres.
+    /// Where it is: the two ends of a wall, a point, or the axis of a pillar; metres.
     pub at: [Option<[f64; 2]>; 2],
     #[serde(skip)]
     target: Target,
@@ -345,6 +366,10 @@ impl Echoed {
                 let point = world.points().get(index);
                 (Some(index), [point.copied().map(xy), None])
             }
+            Target::Reflector(Reflector::Circle(index)) => {
+                let pillar = world.pillars().get(index);
+                (Some(index), [pillar.map(|pillar| xy(pillar.center)), None])
+            }
             Target::Other(_) => (None, [None; 2]),
         };
         Self {
@@ -362,6 +387,9 @@ impl Echoed {
             }
             (Target::Reflector(Reflector::Point(index)), [Some(at), _]) => {
                 format!("point {index} at {}", place(at))
+            }
+            (Target::Reflector(Reflector::Circle(index)), [Some(at), _]) => {
+                format!("pillar {index} at {}", place(at))
             }
             (Target::Other(Other::Outlier), _) => {
                 "nowhere: its range was replaced by a random one".to_owned()

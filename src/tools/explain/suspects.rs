@@ -193,6 +193,7 @@ fn map(suspect: &Suspect) -> String {
         Some(Support::Ambiguous) => "wall or its end",
         Some(Support::Line) => "line",
         Some(Support::Point) => "point",
+        Some(Support::Circle) => "circle",
         None => "-",
     };
     says.to_owned()

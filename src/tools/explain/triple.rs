@@ -249,7 +249,7 @@ impl AnglesStory {
             found.map_or_else(String::new, AngleComparison::sentence)
         };
         match self.label {
-            Label::Contact | Label::Intersection => {
+            Label::Contact | Label::Intersection | Label::Circle => {
                 let margin = degrees(self.margin);
                 format!("{}, with {margin} to spare", that(self.label, true))
             }

@@ -5,11 +5,12 @@ use serde::Serialize;
 use super::history::chi2;
 use super::sequences::SonarEntry;
 use crate::core::config::TestBounds;
-use crate::core::rounding::number;
+use crate::core::rounding::{number, optional};
+use crate::core::tmam::circle::FEWEST;
 use crate::core::tmam::hypothesis::{HypothesisTest, Support};
 use crate::core::tmam::label::{Kind, Label, Reason};
 use crate::core::tmam::report::ArcReport;
-use crate::tools::tables::listed;
+use crate::tools::tables::{TableColumn, listed};
 
 /// The readings `k-m ..= k+m` around an arc, and what they support.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -23,6 +24,11 @@ pub struct Window {
     pub chi2_line: f64,
     #[serde(serialize_with = "number")]
     pub chi2_point: f64,
+    /// Where circles are asked for; a circle explains the readings when it is below `gate_circle`.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
+    pub chi2_circle: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional")]
+    pub gate_circle: Option<f64>,
     /// A model explains the readings when its chi2 is below this.
     #[serde(serialize_with = "number")]
     pub gate: f64,
@@ -48,6 +54,8 @@ impl Window {
                 last_frame: frame(place + half_width),
                 chi2_line: test.chi2_line,
                 chi2_point: test.chi2_point,
+                chi2_circle: test.chi2_circle,
+                gate_circle: test.chi2_circle.map(|_| test.gate_circle),
                 gate: test.gate,
                 support: test.support,
                 decides: test.decided(decisive),
@@ -59,20 +67,30 @@ impl Window {
         2 * self.half_width + 1
     }
 
+    /// A number of the circle; of so few readings that one always fits them there is none.
+    fn of_circle(&self, number: Option<f64>) -> String {
+        let number = number.filter(|_| self.readings() >= FEWEST);
+        number.map_or_else(|| "-".to_owned(), chi2)
+    }
+
     /// The tests, window by window.
     pub fn text(windows: &[Self]) -> String {
-        listed(
-            0,
-            &[
-                ("readings", &|w: &Self| w.readings().to_string()),
-                ("frames", &|w| format!("{}-{}", w.first_frame, w.last_frame)),
-                ("chi2 line", &|w| chi2(w.chi2_line)),
-                ("chi2 point", &|w| chi2(w.chi2_point)),
-                ("gate", &|w| chi2(w.gate)),
-                ("supports", &|w| w.support.name().to_owned()),
-            ],
-            windows,
-        )
+        let mut columns: Vec<TableColumn<'_, Self>> = vec![
+            ("readings", &|w: &Self| w.readings().to_string()),
+            ("frames", &|w| format!("{}-{}", w.first_frame, w.last_frame)),
+            ("chi2 line", &|w| chi2(w.chi2_line)),
+            ("chi2 point", &|w| chi2(w.chi2_point)),
+            ("gate", &|w| chi2(w.gate)),
+            ("supports", &|w| w.support.name().to_owned()),
+        ];
+        if windows.iter().any(|window| window.chi2_circle.is_some()) {
+            let circle: [TableColumn<'_, Self>; 2] = [
+                ("circle", &|w| w.of_circle(w.chi2_circle)),
+                ("gate", &|w| w.of_circle(w.gate_circle)),
+            ];
+            columns.splice(5..5, circle);
+        }
+        listed(0, &columns, windows)
     }
 
     /// What the widest window came to, and why none is wider.
@@ -88,10 +106,16 @@ impl Window {
         let both =
             format!("line chi2 {line}, point chi2 {point}, gate {gate} in {readings} readings");
         Some(match (last.support, last.decides) {
+            (_, Some(Kind::Circle)) => format!(
+                "{readings} readings fit a circle (chi2 {}, gate {}), and a line ({line}) and a point ({point}) \
+                 worse by {decisive} or more",
+                last.of_circle(last.chi2_circle),
+                last.of_circle(last.gate_circle),
+            ),
             (_, Some(kind)) => {
                 let (other, own, against) = match kind {
                     Kind::Line => ("point", line, point),
-                    Kind::Point => ("line", point, line),
+                    Kind::Point | Kind::Circle => ("line", point, line),
                 };
                 let fit = format!(
                     "{readings} readings fit a {} (chi2 {own}, gate {gate})",
@@ -110,6 +134,10 @@ impl Window {
             (Support::Line, None) if lead >= decisive => format!(
                 "{readings} readings fit only a line, but best with its foot beside the beam; {wider}"
             ),
+            (Support::Circle, None) => format!(
+                "{readings} readings fit only a circle, but not so much better than line and point that it is \
+                 decided: {both}; {wider}"
+            ),
             (Support::Line | Support::Point, None) => format!(
                 "{readings} readings fit only a {}, with a lead of {lead:.2} where {decisive} are needed; {wider}",
                 last.support.name()
@@ -122,7 +150,7 @@ impl Window {
 pub fn end(report: &ArcReport, bounds: &TestBounds) -> Option<&'static str> {
     let last = report.window()?;
     Some(match last.label(bounds.decisive) {
-        Label::Contact | Label::Intersection => "decided",
+        Label::Contact | Label::Intersection | Label::Circle => "decided",
         Label::Unidentified(Reason::Neither) => "neither",
         Label::Unidentified(_) if report.windows.len() == bounds.max_half_width => "max-half-width",
         Label::Unidentified(_) => "no-more-readings",

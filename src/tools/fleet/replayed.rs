@@ -64,7 +64,9 @@ impl Replayed {
             let explained = of.score.explained;
             percent(explained.and_then(|explained| share(explained, of.score.arcs)))
         }),
-        ("map", &|of| (of.score.lines + of.score.points).to_string()),
+        ("map", &|of| {
+            (of.score.lines + of.score.points + of.score.circles).to_string()
+        }),
         ("what is off", &|of| {
             off(of.causes.as_deref(), of.stretch.as_ref())
         }),
@@ -78,7 +80,9 @@ impl Replayed {
             percent(share(of.score.labelled(), of.score.arcs))
         }),
         ("wrong\nlabels", &|of| of.truth(|truth| truth.wrong)),
-        ("map", &|of| (of.score.lines + of.score.points).to_string()),
+        ("map", &|of| {
+            (of.score.lines + of.score.points + of.score.circles).to_string()
+        }),
         ("missed", &|of| of.truth(|truth| truth.missed)),
         ("spurious", &|of| of.truth(|truth| truth.spurious)),
         ("twice", &|of| of.truth(|truth| truth.twice)),

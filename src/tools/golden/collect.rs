@@ -34,7 +34,7 @@ pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
     let map = outcome.map.iter();
     let map = map.map(|one| timed(registered(one, spans.get(&one.id).copied())));
     let map: Vec<Feature> = map.collect();
-    let confirmed = [Kind::Line, Kind::Point].map(|kind| {
+    let confirmed = [Kind::Line, Kind::Point, Kind::Circle].map(|kind| {
         let is_one = |one: &&Feature| one.kind() == kind && one.is_confirmed();
         map.iter().filter(is_one).count() as u64
     });
@@ -90,6 +90,7 @@ fn labelled(report: &ArcReport) -> LabelledArc {
         mark: match report.label {
             Label::Contact => Mark::Contact,
             Label::Intersection => Mark::Intersection,
+            Label::Circle => Mark::Circle,
             Label::Unidentified(_) => Mark::Unidentified,
         },
         frame: Some(report.arc.id.frame),
@@ -133,10 +134,19 @@ fn shaped(shape: &Shape) -> Feature {
     let feature = match shape {
         Shape::Line(line) => Feature::line(line.rho, line.theta, line.mid.into(), line.half_length),
         Shape::Point(point) => Feature::point(point.position.x, point.position.y),
+        Shape::Circle(circle) => Feature::circle(circle.center.x, circle.center.y, circle.radius),
     };
     let covariance = shape.covariance();
-    Feature {
-        sigma: covariance.and_then(|covariance| sigma_of([covariance.m11, covariance.m22])),
-        ..feature
-    }
+    let sigma = match shape {
+        Shape::Circle(circle) => sigma_of_circle(circle.covariance.transpose().into()),
+        Shape::Line(_) | Shape::Point(_) => {
+            covariance.and_then(|covariance| sigma_of([covariance.m11, covariance.m22]))
+        }
+    };
+    Feature { sigma, ..feature }
+}
+
+/// The standard deviations of a circle's centre, along the worse of its axes, and of its radius.
+pub fn sigma_of_circle([[xx, ..], [_, yy, _], [.., rr]]: [[f64; 3]; 3]) -> Option<[f64; 2]> {
+    sigma_of([xx.max(yy), rr])
 }

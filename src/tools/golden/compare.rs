@@ -222,12 +222,25 @@ fn changes(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Vec<Cha
             number("x", Metres, *x, *u, position),
             number("y", Metres, *y, *v, position),
         ],
+        (
+            Geometry::Circle { x, y, radius },
+            Geometry::Circle {
+                x: u,
+                y: v,
+                radius: r,
+            },
+        ) => vec![
+            number("x", Metres, *x, *u, position),
+            number("y", Metres, *y, *v, position),
+            number("radius", Metres, *radius, *r, position),
+        ],
         _ => Vec::new(),
     };
     let mut changes: Vec<Change> = moved.into_iter().flatten().collect();
     let names = match golden.kind() {
         Kind::Line => ["sigma rho", "sigma theta"],
         Kind::Point => ["sigma x", "sigma y"],
+        Kind::Circle => ["sigma centre", "sigma radius"],
     };
     // Of a feature that moved, nobody wants to read that its covariance moved, too.
     if let (true, Some(then), Some(now)) = (changes.is_empty(), golden.sigma, actual.sigma) {
@@ -328,6 +341,17 @@ fn distance(golden: &Feature, actual: &Feature, tolerance: &Tolerance) -> Option
         }
         (Geometry::Point { x, y }, Geometry::Point { x: u, y: v }) => {
             gate(libm::hypot(u - x, v - y), tolerance.pair_distance)?
+        }
+        (
+            Geometry::Circle { x, y, radius },
+            Geometry::Circle {
+                x: u,
+                y: v,
+                radius: r,
+            },
+        ) => {
+            gate(libm::hypot(u - x, v - y), tolerance.pair_distance)?
+                + gate(r - radius, tolerance.pair_distance)?
         }
         (Geometry::Unfitted { .. }, Geometry::Unfitted { .. }) => 0.0,
         _ => return None,

@@ -30,7 +30,7 @@ pub struct Comparison {
     /// In the order of [`SECTIONS`].
     pub differences: Vec<Difference>,
     /// How many arcs had and have each label; `None` where one side holds no labels.
-    pub label_counts: Option<[[u64; 3]; 2]>,
+    pub label_counts: Option<[[u64; 4]; 2]>,
     /// How good the results were and are; `None` where that is not known of both.
     pub quality: Option<[Quality; 2]>,
     pub tolerance: Tolerance,
@@ -324,7 +324,7 @@ impl LabelRun {
     /// then the longer run.
     pub fn graver_first(&self, other: &Self) -> Ordering {
         let is_contrary = |run: &Self| {
-            let is_given = |mark| matches!(mark, Some(Mark::Contact | Mark::Intersection));
+            let is_given = |mark: Option<Mark>| mark.is_some_and(|mark| mark != Mark::Unidentified);
             is_given(run.golden) && is_given(run.actual)
         };
         let by_kind = is_contrary(other).cmp(&is_contrary(self));

@@ -48,6 +48,10 @@ pub fn sketched(feature: &Feature) -> Option<Sketched> {
     Some(Sketched {
         ends: feature.geometry.ends()?,
         is_point: matches!(feature.geometry, Geometry::Point { .. }),
+        radius: match feature.geometry {
+            Geometry::Circle { radius, .. } => radius,
+            _ => 0.0,
+        },
         name: feature.place(),
     })
 }

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::collect::sigma_of_circle;
 use super::collect::spans;
 use super::results::{Feature, Geometry, Results, sigma_of};
 use crate::core::tmam::label::Kind;
@@ -27,6 +28,8 @@ struct SourceRow {
 struct MapLists {
     lines: Vec<FileRow>,
     points: Vec<FileRow>,
+    #[serde(default)]
+    circles: Vec<FileRow>,
 }
 
 #[derive(Deserialize)]
@@ -38,11 +41,18 @@ struct FileRow {
     readings: Readings,
     #[serde(flatten)]
     geometry: Geometry,
-    covariance: Option<[[f64; 2]; 2]>,
+    covariance: Option<Covariance>,
     map_id: Option<u32>,
     action: Option<String>,
     reason: Option<String>,
     status: Option<String>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Covariance {
+    Two([[f64; 2]; 2]),
+    Circle([[f64; 3]; 3]),
 }
 
 #[derive(Deserialize)]
@@ -71,7 +81,9 @@ impl FeaturesFile {
     pub fn into_results(self) -> Result<Results, String> {
         let runs = self.features.iter();
         let spans = spans(runs.filter_map(|row| Some((row.map_id?, row.frames()?))));
-        let rows = self.map.lines.into_iter().chain(self.map.points);
+        let rows = (self.map.lines.into_iter())
+            .chain(self.map.points)
+            .chain(self.map.circles);
         let mut map = rows
             .map(FileRow::into_feature)
             .collect::<Result<Vec<Feature>, String>>()?;
@@ -100,15 +112,17 @@ impl FileRow {
             let numbers = match feature.kind() {
                 Kind::Line => "`rho`, `theta`, `mid` and `half_length`",
                 Kind::Point => "`x` and `y`",
+                Kind::Circle => "`x`, `y` and `radius`",
             };
             let (kind, id) = (feature.kind().name(), self.id);
             return Err(format!("{kind} {id} lacks one of {numbers}"));
         }
         Ok(Feature {
             id: self.id,
-            sigma: self
-                .covariance
-                .and_then(|[[a, _], [_, d]]| sigma_of([a, d])),
+            sigma: self.covariance.and_then(|covariance| match covariance {
+                Covariance::Two([[a, _], [_, d]]) => sigma_of([a, d]),
+                Covariance::Circle(rows) => sigma_of_circle(rows),
+            }),
             frames: self.frames(),
             readings: match self.readings {
                 Readings::Frames(frames) => u32::try_from(frames.len()).unwrap_or(u32::MAX),

@@ -111,6 +111,8 @@ struct Rows {
     lines: Vec<Feature>,
     points: Vec<Feature>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    circles: Vec<Feature>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     unfitted: Vec<Feature>,
 }
 
@@ -242,7 +244,7 @@ impl Rows {
         let key = |feature: &Feature| {
             let at = match feature.geometry {
                 Geometry::Line(line) => line.mid,
-                Geometry::Point { x, y } => [x, y],
+                Geometry::Point { x, y } | Geometry::Circle { x, y, .. } => [x, y],
                 Geometry::Unfitted { .. } => [0.0; 2],
             };
             let seconds = feature.seconds.filter(|_| feature.sensor.is_some());
@@ -262,6 +264,7 @@ impl Rows {
             match feature.geometry {
                 Geometry::Line(_) => rows.lines.push(feature),
                 Geometry::Point { .. } => rows.points.push(feature),
+                Geometry::Circle { .. } => rows.circles.push(feature),
                 Geometry::Unfitted { .. } => rows.unfitted.push(feature),
             }
         }
@@ -271,7 +274,7 @@ impl Rows {
 
 impl From<Rows> for Vec<Feature> {
     fn from(rows: Rows) -> Self {
-        let mut features = [rows.lines, rows.points, rows.unfitted].concat();
+        let mut features = [rows.lines, rows.points, rows.circles, rows.unfitted].concat();
         for feature in &mut features {
             feature.geometry = feature.geometry.rounded();
         }

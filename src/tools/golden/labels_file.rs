@@ -1,6 +1,6 @@
 //! Labels in files: a row per sonar in a golden file, and a file of their own that a recording carries.
 //!
-//! Labels are run-length coded (`12C 3I 40u`). Stamps are the milliseconds from each arc to the next,
+//! Labels are run-length coded (`12C 3I 40u`, `R` for circles). Stamps are the milliseconds from each arc to the next,
 //! exact to the nanosecond, with repeats counted (`560x37 1120 560x3`). Both are kept apart, so that a
 //! changed label changes the one text, and a lost reading the other, and arcs are always found again by
 //! their stamp.
@@ -36,6 +36,9 @@ pub struct LabelTable {
     contact: u64,
     intersection: u64,
     unidentified: u64,
+    /// In files of replays that have any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    circle: Option<u64>,
     #[serde(deserialize_with = "each_once")]
     sonars: BTreeMap<String, SonarRow>,
 }
@@ -141,7 +144,7 @@ pub fn carried(setting: &Setting<'_>, outcome: &Outcome) -> io::Result<Carried> 
 
 impl From<&Labels> for LabelTable {
     fn from(labels: &Labels) -> Self {
-        let [contact, intersection, unidentified] = labels.counts();
+        let [contact, intersection, unidentified, circle] = labels.counts();
         let rows = labels.sonars.iter().filter_map(|(sonar, arcs)| {
             let stamps: Vec<i64> = arcs.iter().map(|arc| arc.stamp_ns).collect();
             let row = SonarRow {
@@ -156,6 +159,7 @@ impl From<&Labels> for LabelTable {
             contact,
             intersection,
             unidentified,
+            circle: (circle > 0).then_some(circle),
             sonars: rows.collect(),
         }
     }
@@ -176,7 +180,12 @@ impl LabelTable {
             left -= arcs.len();
             labels.sonars.insert(sonar, arcs);
         }
-        let said = [self.contact, self.intersection, self.unidentified];
+        let said = [
+            self.contact,
+            self.intersection,
+            self.unidentified,
+            self.circle.unwrap_or_default(),
+        ];
         for ((mark, said), found) in Mark::ALL.into_iter().zip(said).zip(labels.counts()) {
             if found != said {
                 let mark = mark.name();
@@ -244,6 +253,7 @@ fn letter(mark: Mark) -> char {
         Mark::Contact => 'C',
         Mark::Intersection => 'I',
         Mark::Unidentified => 'u',
+        Mark::Circle => 'R',
     }
 }
 

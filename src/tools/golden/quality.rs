@@ -15,6 +15,9 @@ pub struct Quality {
     pub walls: u64,
     /// Confirmed points of the map.
     pub points: u64,
+    /// Confirmed circles of the map, where it has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub circles: Option<u64>,
     pub arcs: u64,
     /// Arcs with a label.
     pub labelled: u64,
@@ -61,14 +64,15 @@ impl Quality {
     /// The measures that are shares, from 0 to 1.
     pub const SHARES: [&'static str; 2] = ["explained", "wrong_labels"];
 
-    /// Of a replay whose map has so many confirmed lines and points; nothing is known of the truth.
-    pub fn of(outcome: &Outcome, [walls, points]: [u64; 2]) -> Self {
+    /// Of a replay whose map has so many confirmed lines, points and circles; nothing is known of the truth.
+    pub fn of(outcome: &Outcome, [walls, points, circles]: [u64; 3]) -> Self {
         let bits = Bits::of(outcome);
         let labelled = outcome.reports.iter();
         let labelled = labelled.filter(|report| report.label.kind().is_some());
         Self {
             walls,
             points,
+            circles: (circles > 0).then_some(circles),
             arcs: outcome.reports.len() as u64,
             labelled: labelled.count() as u64,
             suspects: outcome.suspects,
@@ -93,6 +97,10 @@ impl Quality {
         Self {
             walls: sum(|one| one.walls),
             points: sum(|one| one.points),
+            circles: all
+                .iter()
+                .filter_map(|one| one.circles)
+                .reduce(|a, b| a + b),
             arcs: sum(|one| one.arcs),
             labelled: sum(|one| one.labelled),
             suspects: all
@@ -101,7 +109,10 @@ impl Quality {
                 .reduce(|a, b| a + b),
             explained: weighted(|one| one.arcs, |one| one.explained),
             wrong_labels: weighted(|one| one.labelled, |one| one.wrong_labels),
-            nees: weighted(|one| one.walls + one.points, |one| one.nees),
+            nees: weighted(
+                |one| one.walls + one.points + one.circles.unwrap_or_default(),
+                |one| one.nees,
+            ),
         }
     }
 
@@ -131,11 +142,12 @@ impl Quality {
     }
 
     /// Its numbers by the names that a suite file gives them.
-    pub fn measures(&self) -> [(&'static str, Option<f64>); 8] {
+    pub fn measures(&self) -> [(&'static str, Option<f64>); 9] {
         let count = |count: u64| Some(count as f64);
         [
             ("walls", count(self.walls)),
             ("points", count(self.points)),
+            ("circles", count(self.circles.unwrap_or_default())),
             ("arcs", count(self.arcs)),
             ("labelled", count(self.labelled)),
             ("suspects", self.suspects.and_then(count)),

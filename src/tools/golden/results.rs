@@ -33,7 +33,7 @@ pub struct Results {
     pub quality: Option<Quality>,
 }
 
-/// A line segment or a point; so it stands in golden files.
+/// A line segment, a point or a circle; so it stands in golden files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Feature {
     /// Its number in the map or among the extracted features; 0 in golden files. Never compared.
@@ -41,7 +41,8 @@ pub struct Feature {
     pub id: u32,
     #[serde(flatten)]
     pub geometry: Geometry,
-    /// Standard deviations: of (rho, theta) for a line, of (x, y) for a point.
+    /// Standard deviations: of (rho, theta) for a line, of (x, y) for a point, of the centre (along its worse axis)
+    /// and the radius for a circle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma: Option<[f64; 2]>,
     /// How many readings stand behind it.
@@ -69,6 +70,12 @@ pub struct Feature {
 )]
 pub enum Geometry {
     Line(LineSegment),
+    /// Metres. Before the point, as that would take it for one.
+    Circle {
+        x: f64,
+        y: f64,
+        radius: f64,
+    },
     /// Metres.
     Point {
         x: f64,
@@ -132,6 +139,8 @@ pub enum Mark {
     Intersection,
     /// Neither could be told.
     Unidentified,
+    /// Belongs to a circle.
+    Circle,
 }
 
 /// The noise of the ranges, and whether it was measured: all of the noise-aware rule hangs on it. In
@@ -150,13 +159,19 @@ pub enum RangeSigma {
 }
 
 impl Mark {
-    pub const ALL: [Self; 3] = [Self::Contact, Self::Intersection, Self::Unidentified];
+    pub const ALL: [Self; 4] = [
+        Self::Contact,
+        Self::Intersection,
+        Self::Unidentified,
+        Self::Circle,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Contact => "contact",
             Self::Intersection => "intersection",
             Self::Unidentified => "unidentified",
+            Self::Circle => "circle",
         }
     }
 }
@@ -177,7 +192,7 @@ impl RangeSigma {
 
 impl Labels {
     /// How many arcs have each label, in the order of [`Mark::ALL`].
-    pub fn counts(&self) -> [u64; 3] {
+    pub fn counts(&self) -> [u64; 4] {
         let arcs = || self.sonars.values().flatten();
         Mark::ALL.map(|mark| arcs().filter(|arc| arc.mark == mark).count() as u64)
     }
@@ -262,6 +277,11 @@ impl Feature {
         }))
     }
 
+    /// A circle, metres.
+    pub fn circle(x: f64, y: f64, radius: f64) -> Self {
+        Self::new(Geometry::Circle { x, y, radius })
+    }
+
     /// A point, metres.
     pub fn point(x: f64, y: f64) -> Self {
         Self::new(Geometry::Point { x, y })
@@ -284,6 +304,7 @@ impl Feature {
         match self.geometry {
             Geometry::Line(_) => Kind::Line,
             Geometry::Point { .. } => Kind::Point,
+            Geometry::Circle { .. } => Kind::Circle,
             Geometry::Unfitted { kind } => kind,
         }
     }
@@ -299,6 +320,9 @@ impl Feature {
                 let is_left = (centimetres(one), one.y) <= (centimetres(other), other.y);
                 let [from, to] = if is_left { [one, other] } else { [other, one] };
                 format!("{kind} {} to {} m", at(from), at(to))
+            }
+            (Geometry::Circle { radius, .. }, Some([place, _])) => {
+                format!("{kind} {} of {} m", at(place), fixed(*radius, 2))
             }
             (_, Some([place, _])) => format!("{kind} {} m", at(place)),
             _ => format!("{kind} without a fit"),
@@ -345,18 +369,26 @@ impl Geometry {
                 },
                 false => Self::Unfitted { kind: Kind::Point },
             },
+            Self::Circle { x, y, radius } => match finite(&[x, y, radius]) {
+                true => Self::Circle {
+                    x: micro(x),
+                    y: micro(y),
+                    radius: micro(radius),
+                },
+                false => Self::Unfitted { kind: Kind::Circle },
+            },
             Self::Unfitted { .. } => self,
         }
     }
 
-    /// Both ends of a segment; twice the place of a point.
+    /// Both ends of a segment; twice the place of a point, or of the centre of a circle.
     pub fn ends(&self) -> Option<[Vec2; 2]> {
         match *self {
             Self::Line(line) => {
                 let along = unit(line.theta + FRAC_PI_2) * line.half_length;
                 Some([Vec2::from(line.mid) - along, Vec2::from(line.mid) + along])
             }
-            Self::Point { x, y } => Some([Vec2::new(x, y); 2]),
+            Self::Point { x, y } | Self::Circle { x, y, .. } => Some([Vec2::new(x, y); 2]),
             Self::Unfitted { .. } => None,
         }
     }

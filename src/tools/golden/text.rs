@@ -49,6 +49,7 @@ fn heading(name: &str, found: &Comparison, strict: bool) -> String {
                 .iter()
                 .zip(golden)
                 .zip(actual)
+                .filter(|((mark, then), now)| **mark != Mark::Circle || **then + **now > 0)
                 .map(|((mark, then), now)| match then == now {
                     true => format!("{} {now}", mark.name()),
                     false => format!("{} {then} -> {now}", mark.name()),

@@ -45,17 +45,18 @@ impl Occupancy {
         let walls: Vec<Segment> = confirmed()
             .filter_map(|feature| match feature.shape {
                 Shape::Line(line) => Some(line),
-                Shape::Point(_) => None,
+                Shape::Point(_) | Shape::Circle(_) => None,
             })
             .collect();
-        let points = confirmed().filter_map(|feature| match feature.shape {
-            Shape::Point(point) => Some(point.position),
-            Shape::Line(_) => None,
+        let points = confirmed().flat_map(|feature| match feature.shape {
+            Shape::Point(point) => vec![point.position],
+            Shape::Circle(circle) => circle.outline().collect(),
+            Shape::Line(_) => Vec::new(),
         });
         let points: Vec<Vec2> = points.collect();
         let ends = walls.iter().flat_map(|wall| wall.ends());
         let mut grid = Self::around(path.iter().copied().chain(ends).chain(points.clone()));
-        let is_explained = |says| matches!(says, Support::Line | Support::Point);
+        let is_explained = |says| matches!(says, Support::Line | Support::Point | Support::Circle);
         let explained = outcome
             .reports
             .iter()

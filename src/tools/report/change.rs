@@ -68,6 +68,8 @@ fn sketch(one: &Sketched, class: &str, plane: &Plane) -> Group {
         let [x, y] = plane.xy(one.ends[0]);
         let dot = Circle::new().set("cx", x).set("cy", y).set("r", 5);
         named.add(dot.set("class", class))
+    } else if one.radius > 0.0 {
+        named.add(plane.strip(one.places().into_iter(), class))
     } else {
         named.add(plane.line(one.ends, class))
     }

@@ -33,6 +33,7 @@ pub fn draw(
     let features = map.iter().flat_map(|feature| match &feature.shape {
         Shape::Line(line) => line.ends().to_vec(),
         Shape::Point(point) => vec![point.position],
+        Shape::Circle(circle) => circle.outline().collect(),
     });
     let arcs = suspects.iter().flat_map(sweep);
     let plane = Plane::of(path.iter().copied().chain(features).chain(arcs), 0.0);
@@ -55,6 +56,11 @@ pub fn draw(
                 let dot = Circle::new().set("cx", x).set("cy", y).set("r", 5);
                 picture.append(dot.set("class", class));
                 point.position
+            }
+            Shape::Circle(circle) => {
+                let class = if confirmed { "wall" } else { "tentative" };
+                picture.append(plane.strip(circle.outline(), class));
+                circle.center
             }
         };
         let beside = middle + Vec2::new(10.0, 8.0) / plane.scale;

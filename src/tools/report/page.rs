@@ -113,8 +113,12 @@ fn numbers(outcome: &Outcome, suspects: Option<usize>) -> String {
         let is = |f: &&MapFeature| f.shape.kind() == kind && f.status == status;
         outcome.map.iter().filter(is).count()
     };
-    let tentative = of(Kind::Line, Status::Tentative) + of(Kind::Point, Status::Tentative);
-    let labels = outcome.labelled("contact") + outcome.labelled("intersection");
+    let tentative = outcome.map.iter();
+    let tentative = tentative.filter(|f| f.status == Status::Tentative).count();
+    let labels = ["contact", "intersection", "circle"].map(|label| outcome.labelled(label));
+    let labels: u64 = labels.iter().sum();
+    let pillars = of(Kind::Circle, Status::Confirmed);
+    let pillars = (pillars > 0).then(|| (pillars.to_string(), "pillars", false));
     let (mut triples, mut explained) = (0, 0);
     for hearing in Hearing::of_sonars(&outcome.reports, &outcome.map).values() {
         triples += hearing.triples;
@@ -125,7 +129,7 @@ fn numbers(outcome: &Outcome, suspects: Option<usize>) -> String {
         format!("{:.0} %", 100.0 * fraction(explained, triples))
     });
     let mut html = String::from("<div class=\"numbers\">");
-    for (number, name, is_bad) in [
+    let numbers = [
         (
             of(Kind::Line, Status::Confirmed).to_string(),
             "walls",
@@ -144,7 +148,8 @@ fn numbers(outcome: &Outcome, suspects: Option<usize>) -> String {
             suspects > Some(0),
         ),
         (share, "of triples explained", false),
-    ] {
+    ];
+    for (number, name, is_bad) in numbers.into_iter().chain(pillars) {
         let class = if is_bad { " class=\"bad\"" } else { "" };
         let _ = write!(html, "<div{class}><b>{number}</b>{name}</div>");
     }
@@ -217,7 +222,7 @@ fn table_of_sonars(setting: &Setting<'_>, outcome: &Outcome) -> String {
             arcs,
             contact,
             intersection,
-            arcs - contact - intersection,
+            of_sonar().filter(|r| r.label.kind().is_none()).count(),
             suspects,
         ];
         for cell in counts

@@ -8,7 +8,7 @@ use super::paper::{self, TableRow};
 use crate::core::config::Rule;
 use crate::core::geometry::angle_between;
 use crate::core::rounding::fixed;
-use crate::core::tmam::feature::{Shape, Status};
+use crate::core::tmam::feature::{Point, Shape, Status};
 use crate::core::world::Reflector;
 
 /// The noise and the seed of `docs/table1.md`.
@@ -133,6 +133,8 @@ fn estimate(experiment: &Experiment, row: &TableRow, reflector: Reflector) -> St
     };
     let estimate = pair(match feature.shape {
         Shape::Point(point) => point.polar(),
+        // Not in this experiment.
+        Shape::Circle(circle) => Point::without_covariance(circle.center).polar(),
         // (rho, theta) and (-rho, theta + pi) are one line: the one that the paper has.
         Shape::Line(line) => {
             let flipped = line.flipped();

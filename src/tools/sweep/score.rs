@@ -25,6 +25,9 @@ pub struct Score {
     pub lines: u64,
     /// Confirmed points of the map.
     pub points: u64,
+    /// Arcs labelled circle, and confirmed circles of the map.
+    pub circle: u64,
+    pub circles: u64,
     /// Root mean square of what the fits of single runs leave, metres; `None` without a run.
     pub rms: Option<f64>,
     /// Arcs that the noise-aware map explains; `None` where no map predicts.
@@ -53,9 +56,10 @@ pub struct TruthScore {
 impl TruthScore {
     /// From an evaluation.
     pub fn new(evaluation: &Evaluation) -> Self {
-        let kinds = [&evaluation.confirmed.lines, &evaluation.confirmed.points];
+        let map = &evaluation.confirmed;
+        let kinds = || [&map.lines, &map.points].into_iter().chain(&map.circles);
         let sum = |of: fn(&crate::tools::evaluate::map::KindScore) -> usize| {
-            kinds.iter().map(|kind| of(kind) as u64).sum()
+            kinds().map(|kind| of(kind) as u64).sum()
         };
         Self {
             wrong: evaluation.labels.wrong_labels(),
@@ -74,7 +78,7 @@ impl TruthScore {
 impl Score {
     /// Labels given.
     pub fn labelled(&self) -> u64 {
-        self.contact + self.intersection
+        self.contact + self.intersection + self.circle
     }
 }
 
@@ -105,6 +109,8 @@ impl Score {
             suspects: outcome.suspects,
             lines: confirmed(Kind::Line),
             points: confirmed(Kind::Point),
+            circle: outcome.labelled("circle"),
+            circles: confirmed(Kind::Circle),
             rms: mean(squares, readings).map(f64::sqrt),
             explained: known.map(|known| known.explained),
             chi2: known.and_then(|known| mean(known.chi2, known.explained)),

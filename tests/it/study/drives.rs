@@ -5,8 +5,9 @@ use std::ops::RangeInclusive;
 
 use tmam_replay::core::config::Config;
 use tmam_replay::core::geometry::Vec2;
-use tmam_replay::core::replay::Replay;
-use tmam_replay::core::world::{Wall, World};
+use tmam_replay::core::log::Log;
+use tmam_replay::core::replay::{Outcome, Replay};
+use tmam_replay::core::world::{Pillar, Wall, World};
 use tmam_replay::io::config::file::parse;
 use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::evaluate::truth::AGREEING_RANGE;
@@ -34,6 +35,8 @@ pub enum Drive {
     CrossTalk,
     /// Past posts in a row instead of a wall, this many centimetres apart.
     Posts(u8),
+    /// Driven once round a hall with four pillars of this radius, centimetres; without any where it is 0.
+    Pillars(u8),
     /// So often round the office of the sample logs, with odometry that is exact, or drifts by much.
     Office { laps: u16, drifts: bool },
     /// Driven three times round with odometry that drifts by much.
@@ -81,6 +84,8 @@ impl Case {
             Drive::CrossTalk => "5 % cross-talk".to_owned(),
             Drive::Outliers => "driven, 5 % outliers".to_owned(),
             Drive::Scans => "dense scans".to_owned(),
+            Drive::Pillars(0) => "hall without pillars".to_owned(),
+            Drive::Pillars(radius) => format!("pillars of {radius} cm"),
             Drive::Posts(apart) => format!("posts {apart} cm apart"),
             Drive::Office { laps, drifts } => {
                 let drift = if drifts { ", much drift" } else { "" };
@@ -96,6 +101,7 @@ impl Case {
             world: match self.drive {
                 Drive::Posts(apart) => row_of_posts(f64::from(apart) / 100.0),
                 Drive::ThriceMuchDriftPosts => row_of_posts(0.5),
+                Drive::Pillars(radius) => hall(f64::from(radius) / 100.0),
                 Drive::Office { .. } => office_world(),
                 _ => World::room(),
             },
@@ -108,6 +114,7 @@ impl Case {
                 Drive::ThreeLapsMuchDrift
                 | Drive::ThriceMuchDrift
                 | Drive::ThriceMuchDriftPosts => Path::room().repeated(3).unwrap(),
+                Drive::Pillars(_) => HALL_PATH.parse().unwrap(),
                 Drive::Office { laps, .. } => office_path().repeated(laps).unwrap(),
                 _ => Path::room(),
             },
@@ -187,6 +194,23 @@ fn row_of_posts(apart: f64) -> World {
     World::new(walls, posts.collect()).unwrap()
 }
 
+/// Round the pillars of the hall, and between them.
+const HALL_PATH: &str = "1.2,1.2 7.8,1.2 7.8,5.8 1.2,5.8 1.2,3.5 7.8,3.5";
+
+/// A hall of 9 by 7 m with pillars of one radius on the middle lines between the ways.
+fn hall(radius: f64) -> World {
+    let corners = [(0.0, 0.0), (9.0, 0.0), (9.0, 7.0), (0.0, 7.0)].map(|(x, y)| Vec2::new(x, y));
+    let next = corners.iter().cycle().skip(1);
+    let walls = corners.iter().zip(next).map(|(a, b)| Wall::new(*a, *b));
+    let places = [(3.0, 2.35), (6.0, 2.35), (3.0, 4.65), (6.0, 4.65)];
+    let pillars = places.map(|(x, y)| Pillar {
+        center: Vec2::new(x, y),
+        radius,
+    });
+    let pillars = pillars.into_iter().filter(|pillar| pillar.radius > 0.0);
+    World::with_pillars(walls.collect(), Vec::new(), pillars.collect()).unwrap()
+}
+
 fn sample_text(name: &str) -> String {
     std::fs::read_to_string(crate::support::sample(name)).unwrap()
 }
@@ -236,6 +260,15 @@ impl Rules {
     pub fn oblique_walls() -> Self {
         let config = parse("[noise_aware]\noblique_walls = true").unwrap();
         Self(vec![("with oblique_walls", config)])
+    }
+
+    /// The noise-aware rule without circles, and with them.
+    pub fn circles() -> Self {
+        let with = parse("[noise_aware]\ncircles = true").unwrap();
+        Self(vec![
+            ("without circles", Config::default()),
+            ("circles", with),
+        ])
     }
 
     /// The noise-aware rule where the messages' variance is not believed and sigma is measured.
@@ -300,6 +333,15 @@ impl Rules {
             rules.push((switch, parse(&text).unwrap()));
         }
         Self(rules)
+    }
+
+    /// A log replayed under each of them.
+    pub fn replay(&self, log: &Log) -> Vec<(&'static str, Outcome)> {
+        let outcome = |config| Replay::new(log, config).unwrap().run(&mut []).unwrap();
+        let rules = self.0.iter();
+        rules
+            .map(|(name, config)| (*name, outcome(config)))
+            .collect()
     }
 
     pub fn names(&self) -> impl Iterator<Item = &'static str> {

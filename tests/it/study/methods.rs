@@ -1,8 +1,14 @@
 //! TMAM and its rivals on the same logs.
 
+use std::fmt::Write as _;
+
+use tmam_replay::core::log::Log;
+use tmam_replay::core::tmam::feature::{MapFeature, Status};
+use tmam_replay::core::tmam::label::Kind;
 use tmam_replay::tools::evaluate::Evaluation;
 use tmam_replay::tools::evaluate::map::KindScore;
 
+use super::drives::Rules;
 use super::tables::{Row, mean, percent, sum, table as markdown};
 
 /// How the confirmed map of each did.
@@ -51,4 +57,31 @@ pub fn table(rows: &[Row]) -> String {
             ("off by mm", &away),
         ],
     )
+}
+
+/// What each method makes of a log of which nobody knows the truth.
+pub fn of_log(log: &Log, rules: &Rules) -> String {
+    let mut text = String::from(
+        "| rule | arcs | labelled % | lines | points | tentative | readings in features |\n\
+         |---|---:|---:|---:|---:|---:|---:|\n",
+    );
+    for (name, outcome) in rules.replay(log) {
+        let confirmed = |kind| {
+            let is = |f: &&MapFeature| f.status == Status::Confirmed && f.shape.kind() == kind;
+            outcome.map.iter().filter(is).count()
+        };
+        let tentative = outcome.map.iter().filter(|f| f.status == Status::Tentative);
+        let arcs = outcome.reports.len() as u64;
+        let labelled = ["contact", "intersection"].map(|label| outcome.labelled(label));
+        let _ = writeln!(
+            text,
+            "| {name} | {arcs} | {} | {} | {} | {} | {} |",
+            percent(labelled.iter().sum(), arcs),
+            confirmed(Kind::Line),
+            confirmed(Kind::Point),
+            tentative.count(),
+            outcome.associated_readings,
+        );
+    }
+    text
 }

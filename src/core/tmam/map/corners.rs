@@ -79,7 +79,7 @@ fn corners(features: &[MapFeature]) -> Vec<Corner> {
     let mut corners: Vec<Corner> = confirmed()
         .filter_map(|feature| match feature.shape {
             Shape::Point(point) => best_pair(feature, point, confirmed()),
-            Shape::Line(_) => None,
+            Shape::Line(_) | Shape::Circle(_) => None,
         })
         .collect();
     corners.sort_by(|a, b| (a.chi2.total_cmp(&b.chi2)).then(a.feature.id.cmp(&b.feature.id)));

@@ -18,7 +18,7 @@ const LARGEST_SHARE: f64 = 0.4;
 pub fn cut(shape: Shape, points: &[Point]) -> Shape {
     match &shape {
         Shape::Line(segment) => cut_at(segment, points).map_or(shape, Shape::Line),
-        Shape::Point(_) => shape,
+        Shape::Point(_) | Shape::Circle(_) => shape,
     }
 }
 

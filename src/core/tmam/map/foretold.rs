@@ -48,7 +48,7 @@ pub fn confirm(
         .iter()
         .filter_map(|feature| match feature.shape {
             Shape::Point(point) => Some(point),
-            Shape::Line(_) => None,
+            Shape::Line(_) | Shape::Circle(_) => None,
         })
         .collect();
     // Two points closer than a wall that is there already do not make it twice.

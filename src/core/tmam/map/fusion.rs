@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::core::geometry::{angle_between, unit, wrap_angle};
-use crate::core::tmam::feature::{MapFeature, Point, Segment, Shape};
+use crate::core::tmam::feature::{Circle, MapFeature, Point, Segment, Shape};
 
 /// How far a feature is from a registered one; `None` beyond the gates.
 pub fn deviation(extracted: &Shape, registered: &MapFeature, match_distance: f64) -> Option<f64> {
@@ -15,6 +15,10 @@ pub fn deviation(extracted: &Shape, registered: &MapFeature, match_distance: f64
         (Shape::Line(e), Shape::Line(r)) => line_deviation(e, r),
         (Shape::Point(e), Shape::Point(r)) => {
             let distance = (e.position - r.position).norm();
+            (distance < match_distance).then_some(distance)
+        }
+        (Shape::Circle(e), Shape::Circle(r)) => {
+            let distance = (e.center - r.center).norm();
             (distance < match_distance).then_some(distance)
         }
         _ => None,
@@ -63,11 +67,15 @@ pub fn fuse_by_readings(registered: &MapFeature, extracted: &Shape, readings: u3
             position: r.position + (e.position - r.position) * weight,
             covariance: covariance(&r.covariance, &e.covariance),
         }),
+        (Shape::Circle(r), Shape::Circle(e)) => Shape::Circle(Circle::of(
+            r.parameters() + (e.parameters() - r.parameters()) * weight,
+            r.covariance * (1.0 - weight) + e.covariance * weight,
+        )),
         (kept, _) => *kept,
     }
 }
 
-/// Squared Mahalanobis distance of two features (two degrees of freedom); `None` where they are of
+/// Squared Mahalanobis distance of two features (two degrees of freedom, of circles three); `None` where they are of
 /// different kinds, or lie farther apart along a wall than `max_wall_gap` metres.
 pub fn mahalanobis_distance(a: &Shape, b: &Shape, max_wall_gap: f64) -> Option<f64> {
     match (a, b) {
@@ -80,6 +88,11 @@ pub fn mahalanobis_distance(a: &Shape, b: &Shape, max_wall_gap: f64) -> Option<f
         }
         (Shape::Point(a), Shape::Point(b)) => {
             mahalanobis(b.position - a.position, a.covariance + b.covariance)
+        }
+        (Shape::Circle(a), Shape::Circle(b)) => {
+            let apart = b.parameters() - a.parameters();
+            let inverse = (a.covariance + b.covariance).try_inverse()?;
+            Some(apart.dot(&(inverse * apart)))
         }
         _ => None,
     }
@@ -112,6 +125,17 @@ pub fn fuse_by_information(registered: &Shape, other: &Shape) -> Shape {
                 position: r.position + step,
                 covariance,
             })
+        }
+        (Shape::Circle(r), Shape::Circle(o)) => {
+            let Some(inverse) = (r.covariance + o.covariance).try_inverse() else {
+                return *registered;
+            };
+            let gain = r.covariance * inverse;
+            let covariance = r.covariance - gain * r.covariance;
+            Shape::Circle(Circle::of(
+                r.parameters() + gain * (o.parameters() - r.parameters()),
+                (covariance + covariance.transpose()) / 2.0,
+            ))
         }
         (kept, _) => *kept,
     }
@@ -181,6 +205,7 @@ pub fn alike(a: &MapFeature, b: &MapFeature, match_distance: f64) -> bool {
     match (&a.shape, &b.shape) {
         (Shape::Line(a), Shape::Line(b)) => coincide(a, b),
         (Shape::Point(a), Shape::Point(b)) => (a.position - b.position).norm() < match_distance,
+        (Shape::Circle(a), Shape::Circle(b)) => (a.center - b.center).norm() < match_distance,
         _ => false,
     }
 }

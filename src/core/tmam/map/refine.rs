@@ -25,7 +25,7 @@ const FEWEST: usize = 4;
 
 /// Chi2 with one degree of freedom that the readings of a feature may reach together, and beyond which
 /// a feature does not explain those of another: one true feature in a thousand lies beyond.
-const GATE: f64 = 10.83;
+pub const GATE: f64 = 10.83;
 
 /// A feature that looks like another one needs this share of the readings that it explains to itself.
 const OWN_SHARE: f64 = 0.1;
@@ -162,7 +162,11 @@ fn from_readings(now: &MapFeature, known: &MapFeature, arcs: &[Arc]) -> MapFeatu
     let Some(fitted) = refit(&now.shape, arcs) else {
         return *known;
     };
-    if fitted.chi2 >= Gate::new(GATE).at(arcs.len() - 2) {
+    let unknowns = match fitted.shape {
+        Shape::Line(_) | Shape::Point(_) => 2,
+        Shape::Circle(_) => 3,
+    };
+    if fitted.chi2 >= Gate::new(GATE).at(arcs.len() - unknowns) {
         return *known;
     }
     let shape = match (fitted.shape, &known.shape) {
@@ -196,7 +200,7 @@ pub fn confirmed_points(features: &[MapFeature]) -> Vec<Point> {
     confirmed
         .filter_map(|feature| match feature.shape {
             Shape::Point(point) => Some(point),
-            Shape::Line(_) => None,
+            Shape::Line(_) | Shape::Circle(_) => None,
         })
         .collect()
 }

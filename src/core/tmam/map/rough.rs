@@ -183,7 +183,7 @@ mod tests {
     fn extent(feature: &MapFeature) -> [f64; 2] {
         match feature.shape {
             Shape::Line(segment) => segment.extent(),
-            Shape::Point(_) => panic!("a point"),
+            _ => panic!("no line"),
         }
     }
 

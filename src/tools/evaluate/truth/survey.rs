@@ -35,7 +35,8 @@ pub fn whole(world: &World) -> World {
         let is_corner = corners.iter().any(|c| (c - point).norm() <= SAME_CORNER);
         !is_end && !is_corner
     });
-    World::new(walls, listed.collect()).unwrap_or_else(|_| world.clone())
+    let pillars = world.pillars().to_vec();
+    World::with_pillars(walls, listed.collect(), pillars).unwrap_or_else(|_| world.clone())
 }
 
 fn same(a: &Vec2, b: &Vec2) -> bool {
