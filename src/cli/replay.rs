@@ -34,7 +34,7 @@ use crate::tools::evaluate::truth::AGREEING_RANGE;
 use crate::tools::findings::examined::Examined;
 use crate::tools::findings::facts::Facts;
 use crate::tools::findings::trial::attempted;
-use crate::tools::findings::{findings, to_warn_of, warnings};
+use crate::tools::findings::{causes as causes_of, findings, to_warn_of, warnings};
 use crate::tools::fleet::Fleet;
 use crate::tools::fleet::lines::json_line;
 use crate::tools::fleet::replayed::Replayed;
@@ -298,9 +298,6 @@ impl Args {
             let mut observers: Vec<&mut dyn Observer> = progress.into_iter().collect();
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
             let mut outcome = replay.run(&mut observers)?;
-            if !self.no_causes {
-                outcome.causes = causes::look_for(&replay, &outcome);
-            }
             outcome.stretch = least_explained(&setting, &outcome);
             let mut facts = Facts::new(&survey, Some(outcome));
             let found = findings(&Examined {
@@ -308,7 +305,14 @@ impl Args {
                 survey: &survey,
                 attempt: &|config| attempted(path, config),
             });
-            let outcome = facts.replay.outcome.take().unwrap_or_default();
+            let mut outcome = facts.replay.outcome.take().unwrap_or_default();
+            if !self.no_causes {
+                let by_physics = causes_of(&found);
+                outcome.causes = match by_physics.is_empty() {
+                    true => causes::look_for(&replay, &outcome),
+                    false => Some(by_physics),
+                };
+            }
             let serious = to_warn_of(&found);
             let mut source = setting.source.clone();
             source

@@ -131,7 +131,11 @@ pub struct Input {
     /// Most readings and odometry samples that are held in memory.
     pub max_readings: u64,
     /// What is taken for the stamps of readings.
-    pub range_stamps: RangeStamps,
+    pub range_stamps: StampsFrom,
+    /// What is taken for the stamps of odometry.
+    pub odometry_stamps: StampsFrom,
+    /// Make the path of the speeds that come with the odometry's poses, from the first pose on.
+    pub odometry_from_speeds: bool,
     /// How long before its stamp a reading was taken, on the odometry's clock, seconds: it gets the
     /// pose of that instant. Stamps stay as the log has them.
     pub range_delay: f64,
@@ -156,10 +160,10 @@ pub enum Jumps {
     Spread,
 }
 
-/// What is taken for the stamps of readings.
+/// What is taken for the stamps of messages.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum RangeStamps {
+pub enum StampsFrom {
     /// The messages' own.
     #[default]
     Message,
@@ -311,6 +315,25 @@ pub enum BeamAxis {
     Z,
 }
 
+/// How the mounts that transforms give lie on the robot.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MountsLie {
+    /// As transforms say.
+    #[default]
+    AsSaid,
+    /// Each sonar looks away from the robot's origin.
+    Outward,
+    /// Left and right are exchanged.
+    Mirrored,
+    /// All of them a quarter turn to the left about the robot's origin.
+    TurnedLeft,
+    /// A quarter turn to the right.
+    TurnedRight,
+    /// Half a turn.
+    TurnedRound,
+}
+
 /// What holds for every sonar whose messages do not say it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -332,6 +355,11 @@ pub struct SonarDefaults {
     pub max_range: Option<f64>,
     /// Axis of the sonars' frames along which the beams look, where these frames are the log's.
     pub beam_axis: BeamAxis,
+    /// How mounts lie that are the log's.
+    pub mounts: MountsLie,
+    /// A range that stands for no echo, to the millimetre, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_echo: Option<f64>,
 }
 
 /// What is known of one sonar.

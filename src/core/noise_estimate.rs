@@ -75,6 +75,11 @@ impl NoiseEstimate {
             m => format!("{m:.3}"),
         };
         let sigma = digits(self.sigma);
+        if self.sigma > *BELIEVED.end() {
+            return "no sonar scatters so: they are in another unit, or many are of other sonars' sound or of \
+                    targets that move"
+                .to_owned();
+        }
         match variance {
             VarianceFrom::Configuration | VarianceFrom::Ranges | VarianceFrom::Nothing => {
                 format!("set noise.sigma_abs = {sigma}")

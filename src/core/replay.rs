@@ -429,7 +429,8 @@ impl<'a> Replay<'a> {
             advice: if gaps {
                 "The odometry is too sparse: raise frames.max_odometry_gap in the configuration"
             } else {
-                "The two do not overlap in time: check the clocks of the robot's computers"
+                "The two do not overlap in time: check the clocks of the robot's computers; for this log \
+                 input.range_stamps = \"recording\" and input.odometry_stamps = \"recording\" take the time of recording"
             },
         }
     }

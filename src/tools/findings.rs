@@ -2,6 +2,7 @@
 //! physics, and what stands in the way of a replay. A check a file; `info` tells all of it, `replay` what is
 //! serious.
 
+mod arrangement;
 mod axes;
 mod clocks;
 mod coarse_ranges;
@@ -17,6 +18,8 @@ mod infrared;
 mod interleaved;
 mod jump;
 
+mod laid;
+mod limits;
 mod losses;
 mod mounts;
 mod noise;
@@ -24,6 +27,7 @@ mod obstacles;
 pub mod odometry;
 mod one_mount;
 mod poses;
+mod repeats;
 mod robot_frame;
 mod sonar;
 pub mod sonars;
@@ -33,6 +37,7 @@ mod stand_in;
 mod still;
 pub mod trial;
 mod uncovered;
+mod units;
 mod unread;
 mod unsaid;
 mod variances;
@@ -40,12 +45,17 @@ mod variances;
 use examined::Examined;
 use facts::Facts;
 use finding::{Finding, Weight};
+use trial::Explained;
+
+use crate::core::legible::one_line;
+use crate::core::replay::CauseTold;
+use crate::core::rounding::fixed;
 
 /// A check.
 type Check = fn(&Examined<'_>) -> Vec<Finding>;
 
 /// In the order in which findings of one weight are told.
-const CHECKS: [Check; 27] = [
+const CHECKS: [Check; 30] = [
     |of| unread::check(of.facts),
     |of| obstacles::findings(of.facts, &of.survey.obstacles),
     |of| losses::check(of.facts).into_iter().collect(),
@@ -54,6 +64,7 @@ const CHECKS: [Check; 27] = [
     mounts::check,
     robot_frame::check,
     axes::check,
+    arrangement::check,
     interleaved::check,
     jump::check,
     heading::check,
@@ -69,7 +80,9 @@ const CHECKS: [Check; 27] = [
     |of| stamps::clock_set(of.facts).into_iter().collect(),
     |of| stamps::check(of.facts),
     clocks::check,
-    |of| sonar::check(of.facts),
+    limits::check,
+    repeats::check,
+    sonar::check,
     one_mount::check,
     dead::check,
     last,
@@ -96,6 +109,55 @@ pub fn findings(of: &Examined<'_>) -> Vec<Finding> {
     found.extend(unsaid);
     found.sort_by_key(|finding| finding.weight);
     found
+}
+
+/// Causes that are told, at most.
+const CAUSES: usize = 3;
+
+/// What is wrong by physics and was tried and mends most of it: causes, the one that explains most first. What else
+/// is off is not seen before that is mended.
+pub fn causes(found: &[Finding]) -> Vec<CauseTold> {
+    let tried = found
+        .iter()
+        .filter(|finding| finding.weight < Weight::Notable);
+    let tried = tried.filter_map(|finding| Some((finding, finding.tried.as_ref()?)));
+    let mut causes: Vec<_> = tried
+        .filter_map(|(finding, tried)| {
+            Some((finding, tried, tried.without.filter(|_| tried.is_most())?))
+        })
+        .collect();
+    causes.sort_by(|(_, a, _), (_, b, _)| a.with.bits.total_cmp(&b.with.bits));
+    causes.truncate(CAUSES);
+    let told = causes.into_iter().map(|(finding, tried, without)| {
+        let settings: Vec<String> = tried
+            .keys
+            .lines()
+            .map(|key| key.replacen(" = ", "=", 1))
+            .collect();
+        let share = |of: Explained| fixed(100.0 * of.share, 1);
+        // Without an arc there are none.
+        let bits = |from: Explained, to: Explained| match from.bits.is_finite() {
+            true => format!(
+                ", bits from {} to {}",
+                fixed(from.bits, 2),
+                fixed(to.bits, 2)
+            ),
+            false => String::new(),
+        };
+        CauseTold {
+            text: format!(
+                "{}: with {} explained goes from {} to {} %{}",
+                one_line(&finding.what),
+                settings.join(", "),
+                share(without),
+                share(tried.with),
+                bits(without, tried.with)
+            ),
+            settings,
+            sonar: None,
+        }
+    });
+    told.collect()
 }
 
 /// How many serious findings a replay tells of.

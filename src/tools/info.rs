@@ -19,8 +19,8 @@ use crate::tools::document;
 use crate::tools::findings::examined::Examined;
 use crate::tools::findings::facts::Facts;
 use crate::tools::findings::finding::Finding;
-use crate::tools::findings::findings;
 use crate::tools::findings::trial::{Attempt, Replayable};
+use crate::tools::findings::{causes as causes_of, findings};
 
 /// Everything that is told of a log.
 #[derive(Debug, Serialize)]
@@ -59,7 +59,11 @@ impl Info {
         if let (Replayable::Yes, Some(outcome), Ok(replay)) =
             (trial.possible, &trial.outcome, replay)
         {
-            self.causes = causes::look_for(&replay, outcome);
+            let by_physics = causes_of(&self.findings);
+            self.causes = match by_physics.is_empty() {
+                true => causes::look_for(&replay, outcome),
+                false => Some(by_physics),
+            };
             let stretch = least_explained(&replay.setting(), outcome);
             if let Some(outcome) = &mut self.facts.replay.outcome {
                 outcome.stretch = stretch;

@@ -38,6 +38,9 @@ const TROUBLED: f64 = 0.8;
 /// A path at which more than this is explained is what was off.
 const WELL: f64 = 0.95;
 
+/// What leaves more than half of a log unexplained is not what was off.
+const HALF: f64 = 0.5;
+
 /// How much is tried, at most: by work and not by time, so that the same log gives the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
@@ -354,6 +357,7 @@ impl Searcher<'_> {
             };
             let values = found.values(&group, now);
             if gain > self.least(&group, at, [now, &found])
+                && found.standing.bits.explained_share() > Some(HALF)
                 && are_clear(&values, found.estimates.seconds)
                 && found.bears_out(&values)
             {

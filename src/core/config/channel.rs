@@ -80,6 +80,9 @@ pub enum Up {
     /// As of cameras that follow a body.
     #[serde(rename = "y")]
     Y,
+    /// As of cameras: z forward, x to the right, y down.
+    #[serde(rename = "-y")]
+    MinusY,
     /// North, east, down, and forward, right, down: they become east, north, up, and forward, left, up.
     #[serde(rename = "-z")]
     MinusZ,

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Config, Frames, Input, Map, Method, Noise, NoiseAwareOptions, Poses, RangeStamps, Rule,
-    Sequence, SonarDefaults, TestBounds, Triple,
+    Config, Frames, Input, Map, Method, Noise, NoiseAwareOptions, Poses, Rule, Sequence,
+    SonarDefaults, StampsFrom, TestBounds, Triple,
 };
 
 impl Default for Config {
@@ -102,7 +102,9 @@ impl Default for Input {
             drop_repeats: false,
             trust_unchecked: false,
             max_readings: 2_000_000,
-            range_stamps: RangeStamps::default(),
+            range_stamps: StampsFrom::default(),
+            odometry_stamps: StampsFrom::default(),
+            odometry_from_speeds: false,
             range_delay: 0.0,
             range_clock_rate: 0.0,
             odometry_scale: 1.0,

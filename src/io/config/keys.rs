@@ -74,6 +74,8 @@ pub const KEYS: &[Key] = &[
     key("input.trust_unchecked", Plain, Any, "use messages of a damaged log that no checksum vouches for"),
     key("input.max_readings", Plain, AtLeast(1.0), "readings and odometry samples held, 60 bytes each"),
     key("input.range_stamps", Plain, Any, "\"message\", or \"recording\" where the sonars' clock is no good"),
+    key("input.odometry_stamps", Plain, Any, "\"message\", or \"recording\" where the odometry's clock is no good"),
+    key("input.odometry_from_speeds", Plain, Any, "make the path of the speeds that come with the odometry's poses"),
     key("input.range_delay", Plain, Any, "s that ranges are stamped late: their poses are so much older"),
     key("input.range_clock_rate", Plain, Between(-0.5, 0.5), "share by which the clock of the ranges runs fast: 0.003 gains 3 ms a second"),
     key("input.odometry_scale", Plain, Above(0.0), "what distances of odometry are multiplied with"),
@@ -131,6 +133,8 @@ pub const KEYS: &[Key] = &[
     key("sonars.min_range", Plain, AtLeast(0.0), "m; before the messages'"),
     key("sonars.max_range", Plain, Above(0.0), "m; before the messages'"),
     key("sonars.beam_axis", Plain, Any, "of the frames that the log's transforms place: \"x\", or \"z\" (optical)"),
+    key("sonars.mounts", Plain, Any, "of the log's transforms: \"as-said\", \"outward\", \"mirrored\", \"turned-left\", \"turned-right\", \"turned-round\""),
+    key("sonars.no_echo", Plain, AtLeast(0.0), "m; a range that stands for no echo"),
 
     key("sonar.*.x", Plain, Any, "m; mount in the robot frame, before the log's transforms"),
     key("sonar.*.y", Plain, Any, "m"),
@@ -157,7 +161,7 @@ pub const KEYS: &[Key] = &[
     key("channel.*.position", Plain, Any, "path of a message with x, y, z, or of an array, for x and y"),
     key("channel.*.orientation", Plain, Any, "path of a quaternion, for yaw: x, y, z, w, or an array that begins with w"),
     key("channel.*.angle_unit", Plain, Any, "of angles at paths: \"rad\" (default), \"deg\""),
-    key("channel.*.up", Plain, Any, "axis of the poses that points up: \"z\" (default), \"y\", or \"-z\": NED, which becomes ENU"),
+    key("channel.*.up", Plain, Any, "axis of the poses that points up: \"z\" (default), \"y\", \"-y\": cameras, or \"-z\": NED, which becomes ENU"),
     key("channel.*.heading", Plain, Any, "\"counterclockwise\" from x (default), \"clockwise\" from x, or \"compass\": clockwise from y"),
     key("channel.*.metres_per_unit", Plain, Above(0.0), "of lengths at paths, or without any of all that the messages hold; default: 1"),
 ];

@@ -27,6 +27,11 @@ impl Axes {
         let laid = match self.up {
             None | Some(Up::Z) => None,
             Some(Up::Y) => Some((about_x(FRAC_PI_2), about_x(FRAC_PI_2))),
+            Some(Up::MinusY) => {
+                let thirds = Unit::new_normalize(Vector3::new(-1.0, 1.0, -1.0));
+                let laid = UnitQuaternion::from_axis_angle(&thirds, 2.0 * PI / 3.0);
+                Some((laid, laid))
+            }
             Some(Up::MinusZ) => {
                 let north_east = Unit::new_normalize(Vector3::new(1.0, 1.0, 0.0));
                 let world = UnitQuaternion::from_axis_angle(&north_east, PI);
@@ -81,6 +86,13 @@ mod tests {
         near(laid(Some(Up::Y), None, robot_y_up), [1.0, -3.0, 2.0, 30.0]);
         let robot_z_up = about(Vector3::x(), -90.0) * about(Vector3::z(), 30.0);
         near(laid(Some(Up::Y), None, robot_z_up), [1.0, -3.0, 2.0, 30.0]);
+    }
+
+    #[test]
+    fn what_a_camera_says_of_itself() {
+        // It looks along z, and turned to the left about -y.
+        let turn = about(Vector3::y(), -30.0);
+        near(laid(Some(Up::MinusY), None, turn), [3.0, -1.0, -2.0, 30.0]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use super::namespaces::Namespaces;
 use super::odometry::{Odometry, stamp};
 use super::sonars::{Source, SourceKey};
 use super::transforms::Origin;
-use crate::core::config::{Config, RangeStamps};
+use crate::core::config::{Config, StampsFrom};
 use crate::core::event::{RangeReading, SonarId};
 use crate::core::wording::counted;
 
@@ -60,7 +60,9 @@ pub struct Gatherer {
     /// Points of sonar rings, with the topic and the time they were recorded.
     pub hits: Vec<(String, i64, HitsMessage)>,
     /// What is taken for the stamps of readings.
-    range_stamps: RangeStamps,
+    range_stamps: StampsFrom,
+    odometry_stamps: StampsFrom,
+    from_speeds: bool,
     descriptions: usize,
     last_description: String,
     pub notes: Vec<String>,
@@ -74,6 +76,8 @@ impl Gatherer {
     pub fn new(config: &Config) -> Self {
         Self {
             range_stamps: config.input.range_stamps,
+            odometry_stamps: config.input.odometry_stamps,
+            from_speeds: config.input.odometry_from_speeds,
             ..Self::default()
         }
     }
@@ -240,8 +244,8 @@ impl Gatherer {
         }
         self.readings.push(RangeReading {
             stamp_ns: match self.range_stamps {
-                RangeStamps::Message => stamp(range.stamp_ns, logged_ns),
-                RangeStamps::Recording => logged_ns,
+                StampsFrom::Message => stamp(range.stamp_ns, logged_ns),
+                StampsFrom::Recording => logged_ns,
             }
             .saturating_add(range.delay_ns),
             sonar: SonarId(id),
@@ -258,15 +262,18 @@ impl Gatherer {
         role: Role,
         topic: &str,
         logged_ns: i64,
-        pose: TransformMessage<'_>,
+        mut pose: TransformMessage<'_>,
     ) {
+        if self.odometry_stamps == StampsFrom::Recording {
+            pose.stamp_ns = logged_ns;
+        }
         if role == Role::Odometry {
             self.namespaces.forget_motion();
         }
         if let Some(track) = self.tracks.get_mut(topic) {
             return track.take(logged_ns, &pose);
         }
-        let mut track = Odometry::new(role);
+        let mut track = Odometry::new(role, self.from_speeds);
         track.take(logged_ns, &pose);
         self.tracks.insert(topic.to_owned(), track);
     }

@@ -33,6 +33,8 @@ pub struct Odometry {
     /// Messages without a pose, or with one that is not held.
     pub unusable: u64,
     pub clock: Clock,
+    /// Whether the path is made of the speeds.
+    from_speeds: bool,
 }
 
 #[derive(Debug, Clone)]
@@ -40,7 +42,8 @@ struct Named {
     world_frame: String,
     robot_frame: String,
     samples: Vec<OdometrySample>,
-    /// The speeds that come with the samples, as long as the poses of these are all the same.
+    /// The speeds that come with the samples: as long as the poses of these are all the same, or as the path is made
+    /// of them.
     twists: Vec<[f64; 3]>,
     traits: PoseTraits,
 }
@@ -66,14 +69,12 @@ pub struct Chosen {
 }
 
 impl Named {
-    fn take(&mut self, message: &TransformMessage<'_>, sample: OdometrySample) {
+    fn take(&mut self, message: &TransformMessage<'_>, sample: OdometrySample, from_speeds: bool) {
         self.traits.take(message, sample);
         let first = self.samples.first().unwrap_or(&sample);
+        let is_first = first.world_from_robot == sample.world_from_robot;
         match message.twist {
-            Some(twist)
-                if first.world_from_robot == sample.world_from_robot
-                    && self.twists.len() == self.samples.len() =>
-            {
+            Some(twist) if (from_speeds || is_first) && self.twists.len() == self.samples.len() => {
                 self.twists.push(twist);
             }
             _ => self.twists = Vec::new(),
@@ -116,7 +117,7 @@ impl Named {
 
 impl Odometry {
     /// A topic of which no message was taken yet.
-    pub fn new(role: Role) -> Self {
+    pub fn new(role: Role, from_speeds: bool) -> Self {
         Self {
             role,
             poses: Vec::new(),
@@ -124,6 +125,7 @@ impl Odometry {
             unstamped: 0,
             unusable: 0,
             clock: Clock::default(),
+            from_speeds,
         }
     }
 
@@ -157,7 +159,7 @@ impl Odometry {
             });
         }
         if let Some(named) = self.poses.get_mut(place) {
-            named.take(pose, sample);
+            named.take(pose, sample, self.from_speeds);
         }
     }
 
@@ -242,10 +244,13 @@ impl Odometry {
         });
         notes.extend(note);
         if others.is_empty() && named.integrate() {
-            notes.push(format!(
+            let asked = format!(
+                "the path is made of the speeds on {topic}, as input.odometry_from_speeds has it"
+            );
+            notes.push(if self.from_speeds { asked } else { format!(
                 "the poses on {topic} stay what they are while the speeds in the same messages say that the robot \
                  moves; the path is made of the speeds"
-            ));
+            ) });
         }
         named
             .samples
@@ -350,7 +355,7 @@ impl Moving {
         }
         let course = self.edges.entry(edge).or_insert_with(|| Course {
             topic: topic.to_owned(),
-            track: Odometry::new(Role::Transform),
+            track: Odometry::new(Role::Transform, false),
             first: None,
             moved: false,
         });

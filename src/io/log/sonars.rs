@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -11,9 +11,9 @@ use super::error::{LogError, MissingMount};
 use super::stamps::Clock;
 use super::traits::MountTraits;
 use super::transforms::{Mount, NoMount, TransformTree};
-use crate::core::config::{BeamAxis, Config, SonarOverride};
+use crate::core::config::{BeamAxis, Config, MountsLie, SonarOverride};
 use crate::core::event::{RangeReading, Sonar, SonarId};
-use crate::core::geometry::Pose2;
+use crate::core::geometry::{Pose2, direction};
 use crate::core::wording::{counted, few, plural};
 
 /// What tells one sonar from another.
@@ -131,6 +131,20 @@ pub struct Placed {
     pub left_out: Vec<LogError>,
     /// The same, for a person.
     pub losses: Vec<String>,
+}
+
+/// A mount that transforms give, as it lies on the robot.
+fn lain(mount: Pose2, lie: MountsLie) -> Pose2 {
+    let turned = |angle: f64| Pose2::new(0.0, 0.0, angle).compose(&mount);
+    match lie {
+        MountsLie::AsSaid => mount,
+        MountsLie::Outward if mount.position().norm() < 1e-3 => mount,
+        MountsLie::Outward => Pose2::new(mount.x, mount.y, direction(mount.position())),
+        MountsLie::Mirrored => Pose2::new(mount.x, -mount.y, -mount.yaw),
+        MountsLie::TurnedLeft => turned(FRAC_PI_2),
+        MountsLie::TurnedRight => turned(-FRAC_PI_2),
+        MountsLie::TurnedRound => turned(PI),
+    }
 }
 
 /// A source with its name and what the configuration says of it.
@@ -318,6 +332,11 @@ impl Placing<'_> {
         };
         reading.min_range = known.min_range.or(for_all.min_range).unwrap_or(min_range);
         reading.max_range = known.max_range.or(for_all.max_range).unwrap_or(max_range);
+        // To the millimetre: no driver's raster is finer than its stand-in is told.
+        let is_none = |value: f64| (reading.range - value).abs() < 1e-3;
+        if for_all.no_echo.is_some_and(is_none) {
+            reading.range = f64::INFINITY;
+        }
         own.is_none() && known.beam_width.is_none() && sonar.source.beam_width.is_some()
     }
 
@@ -345,7 +364,11 @@ impl Placing<'_> {
                 }),
             (None, None) => self
                 .transforms
-                .mount(robot_frame, &source.key.frame, &frame_from_beam),
+                .mount(robot_frame, &source.key.frame, &frame_from_beam)
+                .map(|mount| Mount {
+                    robot_from_sensor: lain(mount.robot_from_sensor, self.config.sonars.mounts),
+                    ..mount
+                }),
         };
         let found = found.map(|mount| mount.overridden(&sonar.known));
         found.map_err(|why| {
@@ -629,5 +652,26 @@ fn which(sonars: &[&Named<'_>]) -> String {
     match names.as_slice() {
         [one] => format!("sonar {one}"),
         _ => format!("{} ({})", counted(names.len() as u64, "sonar"), few(&names)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mounts_are_laid_as_is_said() {
+        let mount = Pose2::new(0.1, 0.2, 0.5);
+        let near = |lie, [x, y, yaw]: [f64; 3]| {
+            let found = lain(mount, lie);
+            let off = [found.x - x, found.y - y, found.yaw - yaw];
+            assert!(off.iter().all(|off| off.abs() < 1e-12), "{lie:?} {found:?}");
+        };
+        near(MountsLie::AsSaid, [0.1, 0.2, 0.5]);
+        near(MountsLie::Outward, [0.1, 0.2, libm::atan2(0.2, 0.1)]);
+        near(MountsLie::Mirrored, [0.1, -0.2, -0.5]);
+        near(MountsLie::TurnedLeft, [-0.2, 0.1, 0.5 + FRAC_PI_2]);
+        near(MountsLie::TurnedRight, [0.2, -0.1, 0.5 - FRAC_PI_2]);
+        near(MountsLie::TurnedRound, [-0.1, -0.2, 0.5 - PI]);
     }
 }

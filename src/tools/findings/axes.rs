@@ -1,6 +1,6 @@
 //! Sonars whose frames are a camera's: z forward, x to the right, y down (PX4/PX4-SITL_gazebo-classic#361).
 
-use super::examined::Examined;
+use super::examined::{Examined, in_words};
 use super::finding::{Finding, Weight, which_sonars};
 
 const KEY: &str = "sonars.beam_axis = \"z\"";
@@ -32,7 +32,8 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
                 which_sonars(&names, of.facts.sonars.len())
             ),
             "every beam is taken to look 90 deg to the right of where it does",
-            format!("set {KEY}{}", tried.unwrap_or_default()),
+            format!("set {KEY}{}", in_words(tried.as_ref())),
         )
+        .with(tried)
     })
 }

@@ -1,7 +1,7 @@
 //! Clocks of ranges and of odometry that do not agree: one is ahead, one runs faster, one is coarse. Each has its
 //! own cause, and the delay in the middle is the same for all.
 
-use super::examined::Examined;
+use super::examined::{Examined, Tried, in_words};
 use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight};
 use super::stamps::used;
@@ -15,6 +15,7 @@ const OTHER_CLOCK: f64 = 10.0;
 const COARSE: [f64; 4] = [10.0, 1.0, 0.5, 0.1];
 /// A share of the stamps that is all of them, but for damage.
 const ALL: f64 = 0.95;
+const ODOMETRY_BY_RECORDING: &str = "input.odometry_stamps = \"recording\"";
 /// Stamped by the recording, ranges are late by what they take under way, and the key says so.
 const BY_RECORDING: &str = "input.range_stamps = \"recording\"";
 
@@ -38,6 +39,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     coarse(of, &ranges)
         .or_else(|| running(of, &ranges, &odometry))
         .or_else(|| ahead(of, &ranges, &odometry))
+        .or_else(|| uneven(of, &ranges, &odometry))
         .or_else(|| other(&ranges))
 }
 
@@ -65,7 +67,8 @@ fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
         on as f64 > ALL * stamps().count() as f64 && ranges.channel.delay_spread > 0.7 * step
     };
     let step = COARSE.into_iter().find(is_on)?;
-    let tried = of.tried(BY_RECORDING).unwrap_or_default();
+    let tried = of.tried(BY_RECORDING);
+    let by_recording = by_recording(tried.as_ref());
     let delays = used(of.facts, "range").filter_map(|channel| channel.extreme_delay);
     Some(Finding::new(
         Weight::Serious,
@@ -75,8 +78,13 @@ fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
             delays.fold(0.0, f64::max)
         ),
         "readings meet the pose of the last full step, and walls come in stairs",
-        format!("let the driver stamp to the nanosecond; for this log {BY_RECORDING}{tried}"),
-    ))
+        format!("let the driver stamp to the nanosecond; for this log {by_recording}"),
+    )
+    .with(tried))
+}
+
+fn by_recording(tried: Option<&Tried>) -> String {
+    format!("{BY_RECORDING}{}", in_words(tried))
 }
 
 /// A clock that runs faster or slower than the other.
@@ -95,7 +103,12 @@ fn running(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Optio
     if grown.abs() < SKEW || grown.abs() < 3.0 * about {
         return None;
     }
-    let tried = of.tried(BY_RECORDING).unwrap_or_default();
+    let keys = [
+        BY_RECORDING.to_owned(),
+        format!("input.range_clock_rate = {:.5}", -rate),
+        ODOMETRY_BY_RECORDING.to_owned(),
+    ];
+    let tried = of.best(&keys);
     Some(Finding::new(
         Weight::Serious,
         "clock-rate",
@@ -107,8 +120,15 @@ fn running(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Optio
             grown.abs()
         ),
         "readings meet poses that are the more wrong the longer the log is",
-        format!("synchronise the clocks again and again; for this log {BY_RECORDING}{tried}"),
-    ))
+        match &tried {
+            Some(tried) => format!(
+                "synchronise the clocks again and again; for this log {}{tried}",
+                tried.keys
+            ),
+            None => "synchronise the clocks again and again".to_owned(),
+        },
+    )
+    .with(tried))
 }
 
 /// A clock that is ahead of the other, or behind it.
@@ -123,10 +143,15 @@ fn ahead(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Option<
     let speed = if speed.is_finite() { speed } else { 0.0 };
     let delay = of.survey.config.input.range_delay - skew;
     let key = format!("input.range_delay = {delay:.3}");
-    let tried = match of.facts.replay.outcome {
-        Some(_) => of.tried(&key),
-        None => None,
-    };
+    let both = format!("{BY_RECORDING}\n{ODOMETRY_BY_RECORDING}");
+    let keys = [
+        key,
+        BY_RECORDING.to_owned(),
+        ODOMETRY_BY_RECORDING.to_owned(),
+        both,
+    ];
+    let replayed = of.facts.replay.outcome.as_ref();
+    let tried = replayed.and_then(|_| of.best(&keys));
     Some(Finding::new(
         Weight::Serious,
         "clock-skew",
@@ -139,14 +164,39 @@ fn ahead(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Option<
              speed",
             (speed * skew).abs()
         ),
-        match tried {
-            Some(tried) => format!("the clocks differ: set {key}{tried}, and synchronise them"),
+        match &tried {
+            Some(tried) => format!("the clocks differ: set {}{tried}, and synchronise them", tried.named()),
             None => {
                 "synchronise the clocks of sonar driver and odometry, or stamp both on one computer"
                     .to_owned()
             }
         },
-    ))
+    )
+    .with(tried))
+}
+
+/// Stamps that come and go about the time of recording, while the other's do not: parts of a second in another unit,
+/// a busy computer that stamps late.
+fn uneven(of: &Examined<'_>, ranges: &Clock<'_>, odometry: &Clock<'_>) -> Option<Finding> {
+    let [theirs, its] = [ranges, odometry].map(|clock| clock.channel.delay_spread);
+    if (theirs - its).abs() < SKEW {
+        return None;
+    }
+    let keys = [BY_RECORDING, ODOMETRY_BY_RECORDING].map(str::to_owned);
+    let tried = of.best(&keys)?;
+    Some(
+        Finding::new(
+            Weight::Serious,
+            "uneven-stamps",
+            format!(
+                "from stamp to recording ranges take now longer and now shorter: nine of ten within {theirs:.2} s, \
+                 odometry within {its:.2} s"
+            ),
+            "readings meet the poses of other times",
+            format!("look at what stamps them; for this log {}{tried}", tried.keys),
+        )
+        .with(Some(tried)),
+    )
 }
 
 /// Stamps of another clock than the recording's, as since boot.

@@ -23,6 +23,7 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
     let &(_, raster, range, baseline) = middle.filter(|(ratio, ..)| *ratio > 0.5)?;
     // Where the difference is two steps of the raster.
     let wider = libm::ceil(libm::sqrt(4.0 * raster * range) * 20.0) / 20.0;
+    let tried = of.tried(&format!("frames.step = {wider}"));
     Some(Finding::new(
         Weight::Serious,
         "coarse-ranges",
@@ -33,12 +34,13 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
             sagitta(range, baseline) * 1e3
         ),
         "many labels depend on rounding",
-        match of.tried(&format!("frames.step = {wider}")) {
+        match &tried {
             Some(tried) => format!(
                 "set frames.step = {wider}{tried}; a driver that publishes finer ranges is better"
             ),
             None => "a driver that publishes finer ranges; a wider frames.step does not help here"
                 .to_owned(),
         },
-    ))
+    )
+    .with(tried))
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::examined::Examined;
+use super::examined::{Examined, in_words};
 use super::finding::{Finding, Weight, percent, which_sonars};
 use super::sonars::SonarFacts;
 use super::stand_in;
@@ -15,7 +15,7 @@ const LIVELY: f64 = 0.1;
 /// A way, metres, along which nothing stays the same.
 const FAR: f64 = 2.0;
 /// Of one that is stuck such a share of the echoes has one value, while it moved.
-const STUCK: f64 = 0.9;
+const STUCK: f64 = 0.97;
 
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
     let sonars = &of.facts.sonars;
@@ -68,7 +68,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
             .map(|other| toml::Value::from(other.name.as_str()).to_string())
             .collect();
         let key = format!("input.sonars = [{}]", others.join(", "));
-        let tried = of.tried(&key).unwrap_or_default();
+        let tried = of.tried(&key);
         Finding::new(
             Weight::Serious,
             "dead-sonar",
@@ -78,8 +78,12 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
                 percent(share)
             ),
             "its arcs are no echoes of anything",
-            format!("look at its wiring; leave it out: {key}{tried}"),
+            format!(
+                "look at its wiring; leave it out: {key}{}",
+                in_words(tried.as_ref())
+            ),
         )
+        .with(tried)
     });
     silent.into_iter().chain(stuck).collect()
 }
@@ -92,6 +96,9 @@ fn stuck(of: &Examined<'_>, sonar: &SonarFacts) -> Option<(f64, f64)> {
     let share = fraction(count, sonar.echoes);
     let is_stuck = has_moved && sonar.echoes >= ENOUGH && share > STUCK;
     // What stands for no echo is no echo.
-    let stands_in = || stand_in::spike(&of.survey.log.events.readings, sonar).is_some();
+    let stands_in = || {
+        stand_in::spike(&of.survey.log.events.readings, sonar).is_some()
+            || stand_in::shared(&of.facts.sonars).is_some_and(|(value, ..)| value == range)
+    };
     (is_stuck && !stands_in()).then_some((range, share))
 }

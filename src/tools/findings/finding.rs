@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::examined::Tried;
 use crate::core::legible::one_line;
 
 /// How much a finding matters.
@@ -17,7 +18,7 @@ pub enum Weight {
 }
 
 /// One thing that a person should know.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     pub weight: Weight,
     /// A name for machines, `no-mount`.
@@ -27,6 +28,9 @@ pub struct Finding {
     pub effect: String,
     /// What to do; may be empty.
     pub mend: String,
+    /// The keys in `mend`, where they were tried and help.
+    #[serde(skip)]
+    pub tried: Option<Tried>,
 }
 
 impl Finding {
@@ -43,7 +47,13 @@ impl Finding {
             what: what.into(),
             effect: effect.into(),
             mend: mend.into(),
+            tried: None,
         }
+    }
+
+    /// With the keys that it names, where they were tried.
+    pub fn with(self, tried: Option<Tried>) -> Self {
+        Self { tried, ..self }
     }
 }
 

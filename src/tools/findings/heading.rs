@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
-use super::poses::best_axes;
+use super::laid::best_axes;
 use super::{poses, speed};
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Vec2, direction, wrap_angle};
@@ -37,22 +37,27 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let (what, weight) = against_speeds(of)
         .map(|what| (what, Weight::Serious))
         .or_else(|| against_travel(samples))?;
+    let tried = best_axes(of);
     Some(Finding::new(
         weight,
         "heading",
         what,
         "beams are laid into wrong directions, and walls do not join",
-        match best_axes(of) {
-            Some(key) => format!("set {key}; better, mend what makes the heading"),
+        match &tried {
+            Some(tried) => format!(
+                "set {}{tried}; better, mend what makes the heading",
+                tried.named()
+            ),
             None => "headings are counter-clockwise from x, in radians, of the frame that the sonars are mounted in \
                      (REP 103): look at what makes them"
                 .to_owned(),
         },
-    ))
+    )
+    .with(tried))
 }
 
 /// What the poses say other than the speeds in the same messages.
-fn against_speeds(of: &Examined<'_>) -> Option<String> {
+pub fn against_speeds(of: &Examined<'_>) -> Option<String> {
     let poses = &of.survey.traits.poses;
     let ([way, said], [together, squares]) = (poses.ways, poses.turns);
     if poses.are_of_twist || way.min(said) < ENOUGH / 10.0 || way.max(said) < ENOUGH {

@@ -1,6 +1,6 @@
 //! Sensors that measure with light among the sonars (DLu/navigation_layers#3, ros/common_msgs#73).
 
-use super::examined::Examined;
+use super::examined::{Examined, in_words};
 use super::finding::{Finding, Weight, which_sonars};
 
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
@@ -18,7 +18,9 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
     let sound: Vec<String> = sound
         .map(|(sonar, _)| toml::Value::from(sonar.name.as_str()).to_string())
         .collect();
-    vec![Finding::new(
+    let key = format!("input.sonars = [{}]", sound.join(", "));
+    let tried = if all { None } else { of.tried(&key) };
+    let found = Finding::new(
         if all {
             Weight::Notable
         } else {
@@ -38,9 +40,11 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
         if all {
             "if they are sonars, mend radiation_type in the driver (0 is ultrasound)".to_owned()
         } else {
-            let key = format!("input.sonars = [{}]", sound.join(", "));
-            let tried = of.tried(&key).unwrap_or_default();
-            format!("leave them out: {key}{tried}, or --sensor")
+            format!(
+                "leave them out: {key}{}, or --sensor",
+                in_words(tried.as_ref())
+            )
         },
-    )]
+    );
+    vec![found.with(tried)]
 }

@@ -14,8 +14,9 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let [way, turn] = two_tracks(samples)?.apart;
     let topic = of.survey.odometry_topic.as_deref().unwrap_or_default();
     let keys = [1, 2].map(|track| format!("input.odometry_track = {track}"));
-    let advice = match of.best(&keys) {
-        Some((key, tried)) => format!("for this log {key}{tried}"),
+    let tried = of.best(&keys);
+    let advice = match &tried {
+        Some(tried) => format!("for this log {}{tried}", tried.keys),
         None => {
             "have one of them publish to a topic of its own and choose with --odom-topic".to_owned()
         }
@@ -31,5 +32,6 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         ),
         "readings are placed by one and then by the other, and walls are drawn twice",
         format!("stop one of the two publishers (ros2 topic info -v names them); {advice}"),
-    ))
+    )
+    .with(tried))
 }

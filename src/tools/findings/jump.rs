@@ -3,6 +3,7 @@
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
+use super::laid::from_speeds;
 use super::poses;
 use crate::core::rounding::fixed;
 use crate::core::statistics::seconds;
@@ -57,7 +58,9 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         )
     };
     let by = if jumps.len() == 1 { "by" } else { "by up to" };
-    let keys = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
+    let ways = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
+    let keys = [ways.as_slice(), &[from_speeds()]].concat();
+    let tried = of.best(&keys);
     Some(Finding::new(
         Weight::Serious,
         "odometry-jump",
@@ -68,9 +71,10 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             largest(1).to_degrees()
         ),
         "the map before and after it does not fit together, and walls are drawn twice",
-        match of.best(&keys) {
-            Some((key, tried)) => format!("set {key}{tried}; or {advice}"),
+        match &tried {
+            Some(tried) => format!("set {}{tried}; or {advice}", tried.keys),
             None => advice,
         },
-    ))
+    )
+    .with(tried))
 }

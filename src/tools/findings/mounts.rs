@@ -3,7 +3,8 @@
 use super::examined::Examined;
 use super::finding::{Finding, Weight, which_sonars};
 use super::sonars::{MountFacts, SonarFacts};
-use crate::core::event::{Events, SonarId};
+use super::units::UNITS;
+use crate::core::event::{Events, RangeReading, SonarId};
 use crate::core::statistics::fraction;
 
 /// No sonar sits farther from the middle of its robot, metres.
@@ -33,18 +34,16 @@ fn far(of: &Examined<'_>) -> Option<Finding> {
         .iter()
         .filter(|c| c.used && c.role == Some("transform"));
     let fixed = transforms.filter(|channel| channel.topic.ends_with("tf_static"));
-    let tried = fixed
+    let keys = fixed
         .filter(|_| far.len() == sonars.len())
-        .find_map(|channel| {
+        .flat_map(|channel| {
             let section = toml::Value::from(channel.topic.as_str());
-            [("millimetres", 0.001), ("centimetres", 0.01)]
-                .into_iter()
-                .find_map(|(unit, metres)| {
-                    let key = format!("channel.{section}.metres_per_unit = {metres}");
-                    let tried = of.tried(&key)?;
-                    Some(format!("they seem to be in {unit}: {key}{tried}"))
-                })
+            UNITS.map(|(_, metres)| format!("channel.{section}.metres_per_unit = {metres}"))
         });
+    let tried = of.best(&keys.collect::<Vec<_>>());
+    let advice = tried
+        .as_ref()
+        .map(|tried| format!("they seem to be in another unit: {}{tried}", tried.keys));
     Some(Finding::new(
         Weight::Serious,
         "far-mount",
@@ -58,12 +57,13 @@ fn far(of: &Examined<'_>) -> Option<Finding> {
             mount.y
         ),
         "a map from wrong mounts is wrong everywhere",
-        tried.unwrap_or_else(|| {
+        advice.unwrap_or_else(|| {
             "transforms are in metres: does the robot's description have millimetres? Or give x, y and yaw under \
              [sonar.\"NAME\"]"
                 .to_owned()
         }),
-    ))
+    )
+    .with(tried))
 }
 
 /// Two topics of one sonar, as a driver's raw and filtered ranges.
@@ -98,13 +98,20 @@ fn twice(of: &Examined<'_>) -> Option<Finding> {
     ))
 }
 
+/// Whether two sonars measure the same at the same time.
 pub fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
-    let (mut last, mut beside, mut alike) = (None, 0, 0);
+    let (mut last, mut beside, mut alike) = ([None; 2], 0, 0);
     for reading in &events.readings {
-        if reading.sonar == other {
-            last = Some(reading);
-        } else if reading.sonar == one
-            && let Some(last) = last
+        let Some(which) = [one, other].iter().position(|id| *id == reading.sonar) else {
+            continue;
+        };
+        let [first, second] = &mut last;
+        let (own, others): (&mut Option<&RangeReading>, _) = match which {
+            0 => (first, *second),
+            _ => (second, *first),
+        };
+        *own = Some(reading);
+        if let Some(last) = others
             && reading.range.is_finite()
             && reading.stamp_ns.saturating_sub(last.stamp_ns) <= AT_ONCE
         {
@@ -113,4 +120,30 @@ pub fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
         }
     }
     beside >= 20 && fraction(alike, beside) > MOST
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn raw_and_filtered_ranges_are_alike_whichever_comes_first() {
+        let reading = |k: i64, sonar: u16| RangeReading {
+            stamp_ns: k * 500_000_000 + i64::from(sonar) * 5_000_000,
+            sonar: SonarId(sonar),
+            range: 1.0 + 0.05 * k as f64,
+            min_range: 0.1,
+            max_range: 9.0,
+            beam_width: 0.4,
+            variance: 0.0,
+        };
+        let events = Events {
+            readings: (0..40)
+                .flat_map(|k| [reading(k, 0), reading(k, 1)])
+                .collect(),
+            ..Events::default()
+        };
+        let (raw, filtered) = (SonarId(0), SonarId(1));
+        assert!(are_alike(&events, raw, filtered) && are_alike(&events, filtered, raw));
+    }
 }

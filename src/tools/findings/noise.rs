@@ -21,11 +21,19 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
     if measured || estimate.is_as_expected() || (ratio < 1.0 && sigma < FINEST_NOISE) {
         return None;
     }
-    let (weight, effect) = if ratio > 1.0 {
+    let from_messages = outcome.variance_from == VarianceFrom::Messages;
+    let tried = from_messages
+        .then(|| of.tried("noise.trust_variance = false"))
+        .flatten();
+    let (weight, effect) = if ratio > 1.0 || tried.is_some() {
         (
             Serious,
-            "readings that belong together seem not to: arcs stay unidentified (neither), and right \
-             labels are called suspect",
+            if ratio > 1.0 {
+                "readings that belong together seem not to: arcs stay unidentified (neither), and right \
+                 labels are called suspect"
+            } else {
+                "walls and corners seem to fit alike, and so does much else"
+            },
         )
     } else {
         (
@@ -34,11 +42,17 @@ pub fn check(of: &Examined<'_>) -> Option<Finding> {
              they need to",
         )
     };
-    Some(Finding::new(
-        weight,
-        "noise",
-        estimate.complaint(),
-        effect,
-        estimate.mend(outcome.variance_from),
-    ))
+    Some(
+        Finding::new(
+            weight,
+            "noise",
+            estimate.complaint(),
+            effect,
+            match &tried {
+                Some(tried) => format!("set {}{tried}", tried.keys),
+                None => estimate.mend(outcome.variance_from),
+            },
+        )
+        .with(tried),
+    )
 }

@@ -2,6 +2,7 @@
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight, percent};
+use super::laid::{best_axes, from_speeds};
 use crate::core::statistics::fraction;
 use crate::core::wording::counted;
 use crate::io::log::traits::PoseTraits;
@@ -38,50 +39,53 @@ fn quaternions(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
     );
     let mut mend =
         "mend the driver: a heading is x = 0, y = 0, z = sin(yaw/2), w = cos(yaw/2)".to_owned();
+    let mut keys = vec![from_speeds()];
     if fraction(poses.heading_for_quaternion, poses.off_unit) > 0.5 {
         what.push_str("; z seems to be the heading itself");
-        mend.extend(of_heading(of));
+        keys.extend(of_heading(of));
     }
-    Some(Finding::new(
-        Weight::Serious,
-        "no-quaternion",
-        what,
-        "headings are not what the driver meant, and walls bend",
-        mend,
-    ))
+    let tried = of.best(&keys);
+    if let Some(tried) = &tried {
+        mend.push_str(&format!("; until then: {}{tried}", tried.named()));
+    }
+    Some(
+        Finding::new(
+            Weight::Serious,
+            "no-quaternion",
+            what,
+            "headings are not what the driver meant, and walls bend",
+            mend,
+        )
+        .with(tried),
+    )
 }
 
-/// The keys that read z as the heading.
-fn of_heading(of: &Examined<'_>) -> Option<String> {
-    let topic = of.survey.odometry_topic.as_deref()?;
-    let channel = of
-        .facts
-        .channels
-        .iter()
-        .find(|channel| channel.topic == topic)?;
-    let pose = match channel.type_name.rsplit('/').next()? {
-        "Odometry" | "PoseWithCovarianceStamped" => "pose.pose",
-        "PoseStamped" => "pose",
-        _ => return None,
+/// The keys that read z as the heading, in radians and in degrees.
+fn of_heading(of: &Examined<'_>) -> Vec<String> {
+    let topic = of.survey.odometry_topic.as_deref().unwrap_or_default();
+    let mut channels = of.facts.channels.iter();
+    let channel = channels.find(|channel| channel.topic == topic);
+    let pose = match channel.and_then(|channel| channel.type_name.rsplit('/').next()) {
+        Some("Odometry" | "PoseWithCovarianceStamped") => "pose.pose",
+        Some("PoseStamped") => "pose",
+        _ => return Vec::new(),
     };
     let robot_frame = toml::Value::from(of.survey.traits.robot_frame.as_str());
     let section = format!("channel.{}", toml::Value::from(topic));
-    let keys = [
-        format!("x = \"{pose}.position.x\""),
-        format!("y = \"{pose}.position.y\""),
-        format!("yaw = \"{pose}.orientation.z\""),
-        "stamp = \"header.stamp\"".to_owned(),
-        "frame = \"header.frame_id\"".to_owned(),
-    ];
-    let text = format!(
-        "[{section}]\n{}\n[input]\nrobot_frame = {robot_frame}",
+    let in_unit = |unit: &str| {
+        let keys = [
+            format!("x = \"{pose}.position.x\""),
+            format!("y = \"{pose}.position.y\""),
+            format!("yaw = \"{pose}.orientation.z\""),
+            format!("angle_unit = \"{unit}\""),
+            "stamp = \"header.stamp\"".to_owned(),
+            "frame = \"header.frame_id\"".to_owned(),
+        ];
+        let mut keys = keys.map(|key| format!("{section}.{key}")).to_vec();
+        keys.push(format!("input.robot_frame = {robot_frame}"));
         keys.join("\n")
-    );
-    let tried = of.tried(&text)?;
-    Some(format!(
-        "; until then: [{section}] {}, and input.robot_frame = {robot_frame}{tried}",
-        keys.join(", ")
-    ))
+    };
+    ["rad", "deg"].map(in_unit).to_vec()
 }
 
 /// Poses with another axis up (mocap) or with z down (NED).
@@ -98,6 +102,7 @@ fn leaning(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
     } else {
         "the robot lies, or another axis is up"
     };
+    let tried = best_axes(of);
     Some(Finding::new(
         Weight::Serious,
         "no-floor",
@@ -107,27 +112,15 @@ fn leaning(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
             percent(share)
         ),
         "the map is laid through x and y of these poses, and is not the floor's",
-        match best_axes(of) {
-            Some(key) => {
-                format!("set {key}; better, turn the poses before they are recorded (REP 103)")
-            }
+        match &tried {
+            Some(tried) => format!(
+                "set {}{tried}; better, turn the poses before they are recorded (REP 103)",
+                tried.named()
+            ),
             None => "turn the poses so that z is up before they are recorded (REP 103)".to_owned(),
         },
-    ))
-}
-
-/// The key that lays the odometry's axes so that its map explains more, with what came of it.
-pub fn best_axes(of: &Examined<'_>) -> Option<String> {
-    let topic = toml::Value::from(of.survey.odometry_topic.as_deref()?);
-    let keys = [
-        "up = \"y\"",
-        "up = \"-z\"",
-        "heading = \"clockwise\"",
-        "heading = \"compass\"",
-    ];
-    let keys = keys.map(|key| format!("channel.{topic}.{key}"));
-    let (key, tried) = of.best(&keys)?;
-    Some(format!("{key}{tried}"))
+    )
+    .with(tried))
 }
 
 /// Poses that rise and fall.

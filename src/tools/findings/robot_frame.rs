@@ -28,5 +28,6 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         ),
         "the first place of each sonar is taken for the whole log, and the map is wrong",
         format!("set {key}{tried}"),
-    ))
+    )
+    .with(Some(tried)))
 }

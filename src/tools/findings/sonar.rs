@@ -1,6 +1,6 @@
 //! What can be wrong with a sonar or with what came back to it.
 
-use super::facts::Facts;
+use super::examined::Examined;
 use super::finding::{Finding, Weight, percent, which_sonars};
 use super::sonars::SonarFacts;
 use crate::core::config::Sequence;
@@ -11,18 +11,6 @@ use Weight::{Notable, Serious};
 /// A share of invalid readings, or of neighbours too far apart, that matters.
 const MANY: f64 = 0.25;
 
-/// So many echoes of a moving sensor say how often they repeat ...
-const ENOUGH_ECHOES: u64 = 20;
-
-/// ... which is no chance for a sonar with a fine raster from this share on ...
-const REPEATS: f64 = 0.1;
-
-/// ... and for one with a coarse raster, which sees a wall beside it as the same for long, from this on.
-const QUANTISED_REPEATS: f64 = 0.5;
-
-/// A raster finer than this is fine, metres.
-const FINE: f64 = 0.002;
-
 /// What can be wrong with a sonar or with what came back to it.
 struct SonarCheck {
     weight: Weight,
@@ -32,24 +20,13 @@ struct SonarCheck {
     what: fn(&[&SonarFacts], &Sequence) -> String,
     effect: &'static str,
     mend: &'static str,
+    /// What is tried.
+    key: fn(&SonarFacts) -> Option<String>,
 }
 
 const TOO_FAR_APART: &str = "too-far-apart";
 
-const SONAR_CHECKS: [SonarCheck; 6] = [
-    SonarCheck {
-        weight: Serious,
-        code: "limits",
-        is_wrong: SonarFacts::limits_are_senseless,
-        what: |sonars, _| {
-            let min = between(sonars, |s| s.min_range, |metres| format!("{metres} m"));
-            let max = between(sonars, |s| s.max_range, |metres| format!("{metres} m"));
-            format!("no echo fits between min_range {min} and max_range {max}")
-        },
-        effect: "every reading counts as no echo or as invalid",
-        mend: "set min_range and max_range under [sonar.\"NAME\"] from the data sheet; the skeleton below has \
-               the keys",
-    },
+const SONAR_CHECKS: [SonarCheck; 4] = [
     SonarCheck {
         weight: Serious,
         code: "beam-width",
@@ -62,17 +39,7 @@ const SONAR_CHECKS: [SonarCheck; 6] = [
         effect: "points anywhere around the robot count, and labels mean little",
         mend: "field_of_view is in radians: does the driver write degrees? sonars.beam_width (deg) overrules \
                it; mend the driver",
-    },
-    SonarCheck {
-        weight: Serious,
-        code: "repeats",
-        is_wrong: repeats_too_often,
-        what: |sonars, _| {
-            let share = between(sonars, SonarFacts::repeated, percent);
-            format!("{share} of the echoes repeat the last one although the sensor moved")
-        },
-        effect: "equal ranges from different places look like a wall along the path",
-        mend: "look whether the driver publishes faster than the sonar measures; record only new readings",
+        key: in_degrees,
     },
     SonarCheck {
         weight: Serious,
@@ -88,6 +55,7 @@ const SONAR_CHECKS: [SonarCheck; 6] = [
         },
         effect: "these break the sequence, and arcs at a break are not labelled (gap)",
         mend: "drive slower, let the sonars fire more often, or raise sequence.max_baseline or max_gap",
+        key: |_| None,
     },
     SonarCheck {
         weight: Notable,
@@ -99,6 +67,7 @@ const SONAR_CHECKS: [SonarCheck; 6] = [
         },
         effect: "they are left out",
         mend: "look at min_range and at what the driver writes when nothing comes back (+inf would be right)",
+        key: |_| None,
     },
     SonarCheck {
         weight: Notable,
@@ -107,10 +76,12 @@ const SONAR_CHECKS: [SonarCheck; 6] = [
         what: |_, _| "beam width or range limits change during the log".to_owned(),
         effect: "each reading is taken with its own",
         mend: "",
+        key: |_| None,
     },
 ];
 
-pub fn check(facts: &Facts) -> Vec<Finding> {
+pub fn check(of: &Examined<'_>) -> Vec<Finding> {
+    let facts = of.facts;
     let finding = |check: &SonarCheck| {
         let sonars = facts.sonars.iter();
         let wrong: Vec<&SonarFacts> = sonars.filter(|s| (check.is_wrong)(s)).collect();
@@ -120,13 +91,21 @@ pub fn check(facts: &Facts) -> Vec<Finding> {
             return None;
         }
         let what = (check.what)(&wrong, &facts.replay.config.sequence);
-        Some(Finding::new(
-            check.weight,
-            check.code,
-            format!("{which}: {what}"),
-            check.effect,
-            check.mend,
-        ))
+        let key = wrong.first().and_then(|sonar| (check.key)(sonar));
+        let tried = key.and_then(|key| of.tried(&key));
+        let came_of = tried
+            .as_ref()
+            .map(|tried| format!("; {}{tried}", tried.keys));
+        Some(
+            Finding::new(
+                check.weight,
+                check.code,
+                format!("{which}: {what}"),
+                check.effect,
+                format!("{}{}", check.mend, came_of.unwrap_or_default()),
+            )
+            .with(tried),
+        )
     };
     // Times that come twice put readings of two places next to each other.
     let means_something =
@@ -145,7 +124,7 @@ fn invalid(sonar: &SonarFacts) -> f64 {
 }
 
 /// `93%`, or `85% to 93%` where sonars differ.
-fn between(
+pub fn between(
     sonars: &[&SonarFacts],
     of: impl Fn(&SonarFacts) -> f64,
     told: impl Fn(f64) -> String,
@@ -159,10 +138,8 @@ fn between(
     }
 }
 
-fn repeats_too_often(sonar: &SonarFacts) -> bool {
-    let coarse = sonar
-        .resolution
-        .is_none_or(|r| r.quantised && r.step > FINE);
-    let bound = if coarse { QUANTISED_REPEATS } else { REPEATS };
-    sonar.moved >= ENOUGH_ECHOES && sonar.republished() > bound
+/// The key that takes a beam width in radians for one in degrees.
+fn in_degrees(sonar: &SonarFacts) -> Option<String> {
+    let width = sonar.beam_width.filter(|width| *width < 180.0)?;
+    Some(format!("sonars.beam_width = {}", width as f32))
 }

@@ -2,6 +2,7 @@
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
+use super::units::UNITS;
 use crate::core::event::OdometrySample;
 use crate::core::statistics::{median, seconds};
 use crate::io::log::tracks::two_tracks;
@@ -25,16 +26,15 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         .odometry_topic
         .as_deref()
         .filter(|_| speed > FASTEST)?;
-    let keys = [("centimetres", 0.01), ("millimetres", 0.001)].map(|(unit, metres)| {
-        let key = format!(
-            "channel.{}.metres_per_unit = {metres}",
-            toml::Value::from(topic)
-        );
-        (unit, of.tried(&key), key)
+    let key = |metres| {
+        let topic = toml::Value::from(topic);
+        format!("channel.{topic}.metres_per_unit = {metres}")
+    };
+    let tried = of.best(&UNITS.map(|(_, metres)| key(metres)));
+    let unit = tried.as_ref().and_then(|tried| {
+        let mut units = UNITS.iter();
+        units.find(|(_, metres)| key(*metres) == tried.keys)
     });
-    let best = keys
-        .iter()
-        .find_map(|(unit, tried, key)| Some((unit, tried.as_ref()?, key)));
     Some(Finding::new(
         Weight::Serious,
         "too-fast",
@@ -42,16 +42,18 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
             "the robot drives {speed:.1} m/s in the middle of all steps, as no robot with sonars does"
         ),
         "the path is as much too large, readings lie too far apart for a label",
-        match best {
-            Some((unit, tried, key)) => {
-                format!("the odometry on {topic} seems to be in {unit}: {key}{tried}")
-            }
+        match tried.as_ref().zip(unit) {
+            Some((tried, (unit, _))) => format!(
+                "the odometry on {topic} seems to be in {unit}: {}{tried}",
+                tried.keys
+            ),
             None => format!(
                 "is the odometry on {topic} in metres? [channel.{}] metres_per_unit scales it",
                 toml::Value::from(topic)
             ),
         },
-    ))
+    )
+    .with(tried))
 }
 
 /// The speed in the middle of all steps in which the robot moves, metres per second.

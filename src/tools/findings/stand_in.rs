@@ -1,7 +1,7 @@
 //! Values that stand for no echo and are taken for echoes: 0.0, a cap below max_range, max_range with noise on it
 //! (DFRobot/pxt-maqueen#7, purduesigbots/pros#32).
 
-use super::examined::Examined;
+use super::examined::{Examined, Tried, in_words};
 use super::finding::{Finding, Weight, percent, which_sonars};
 use super::sonars::SonarFacts;
 use crate::core::event::{RangeReading, Return};
@@ -23,6 +23,8 @@ pub enum StandIn {
     Nearest(f64),
     /// Nothing is farther; the smallest of its values.
     Farthest(f64),
+    /// One and the same value of several sonars.
+    Same(f64),
 }
 
 pub fn check(of: &Examined<'_>) -> Vec<Finding> {
@@ -30,6 +32,21 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 }
 
 fn found(of: &Examined<'_>) -> Option<Finding> {
+    at_an_end(of)
+        .into_iter()
+        .chain(same_of_several(of))
+        .min_by(|a, b| {
+            let bits = |finding: &Finding| {
+                finding
+                    .tried
+                    .as_ref()
+                    .map_or(f64::INFINITY, |it| it.with.bits)
+            };
+            bits(a).total_cmp(&bits(b))
+        })
+}
+
+fn at_an_end(of: &Examined<'_>) -> Option<Finding> {
     let readings = &of.survey.log.events.readings;
     let spikes = of.facts.sonars.iter().filter_map(|sonar| {
         let (stand_in, count) = spike(readings, sonar)?;
@@ -48,15 +65,15 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         StandIn::Nearest(value) => {
             let above = spikes.iter().filter_map(|(_, spike, _)| match spike {
                 StandIn::Nearest(value) => Some(*value),
-                StandIn::Farthest(_) => None,
+                StandIn::Farthest(_) | StandIn::Same(_) => None,
             });
             let above = above.fold(*value, f64::max) + 0.01;
             (*value, format!("sonars.min_range = {}", thousandths(above)))
         }
-        StandIn::Farthest(value) => {
+        StandIn::Farthest(value) | StandIn::Same(value) => {
             let below = spikes.iter().filter_map(|(_, spike, _)| match spike {
                 StandIn::Farthest(value) => Some(*value),
-                StandIn::Nearest(_) => None,
+                StandIn::Nearest(_) | StandIn::Same(_) => None,
             });
             let below = below.fold(*value, f64::min) - 0.001;
             (*value, format!("sonars.max_range = {}", thousandths(below)))
@@ -67,23 +84,84 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     if tried.is_none() && matches!(first, StandIn::Farthest(_)) && of.explained().is_some() {
         return None;
     }
-    let tried = tried.unwrap_or_default();
-    Some(Finding::new(
+    Some(told(of, *first, value, &names, share, &key, tried))
+}
+
+/// A value that several sonars have to the bit, wherever they are (a byte of 255 cm, a library's 400 cm).
+fn same_of_several(of: &Examined<'_>) -> Option<Finding> {
+    let (value, sonars, count) = shared(&of.facts.sonars)?;
+    let echoes = sonars.iter().map(|sonar| sonar.echoes).sum();
+    let names: Vec<&str> = sonars.iter().map(|sonar| sonar.name.as_str()).collect();
+    let key = format!("sonars.no_echo = {}", thousandths(value));
+    let tried = of.tried(&key)?;
+    let share = fraction(count, echoes);
+    Some(told(
+        of,
+        StandIn::Same(value),
+        value,
+        &names,
+        share,
+        &key,
+        Some(tried),
+    ))
+}
+
+/// The commonest value of a sonar that others have as often, these sonars, and how many echoes have it.
+pub fn shared(sonars: &[SonarFacts]) -> Option<(f64, Vec<&SonarFacts>, u64)> {
+    let common = |sonar: &SonarFacts| {
+        let (value, count) = sonar.commonest?;
+        (sonar.echoes >= ENOUGH as u64 && fraction(count, sonar.echoes) > SPIKE)
+            .then_some((value, count))
+    };
+    let of_value = |value: f64| {
+        let sharing = sonars
+            .iter()
+            .filter(|sonar| common(sonar).is_some_and(|(other, _)| other == value));
+        let sharing: Vec<&SonarFacts> = sharing.collect();
+        let count = sharing
+            .iter()
+            .filter_map(|sonar| common(sonar))
+            .map(|(_, count)| count)
+            .sum();
+        (value, sharing, count)
+    };
+    let all = sonars
+        .iter()
+        .filter_map(common)
+        .map(|(value, _)| of_value(value));
+    let most = all.max_by_key(|(_, sharing, _)| sharing.len())?;
+    (most.1.len() > 1).then_some(most)
+}
+
+fn told(
+    of: &Examined<'_>,
+    stand_in: StandIn,
+    value: f64,
+    names: &[&str],
+    share: f64,
+    key: &str,
+    tried: Option<Tried>,
+) -> Finding {
+    let came_of = in_words(tried.as_ref());
+    Finding::new(
         Weight::Serious,
         "stand-in",
         format!(
-            "{}: {} of their echoes lie at {value:.3} m{}, where so many cannot be: the driver writes that when nothing \
+            "{}: {} of {} echoes lie at {value:.3} m{}, where so many cannot be: the driver writes that when nothing \
              echoes",
-            which_sonars(&names, of.facts.sonars.len()),
+            which_sonars(names, of.facts.sonars.len()),
             percent(share),
-            match first {
+            if names.len() == 1 { "its" } else { "their" },
+            match stand_in {
                 StandIn::Nearest(_) => ", nearer than all others",
                 StandIn::Farthest(_) => " or a little more, farther than all others",
+                StandIn::Same(_) => " to the bit",
             }
         ),
         "what is no echo becomes arcs, and walls that are not there",
-        format!("set {key}{tried}; the driver should write +inf"),
-    ))
+        format!("set {key}{came_of}; the driver should write +inf"),
+    )
+    .with(tried)
 }
 
 fn thousandths(metres: f64) -> f64 {

@@ -1,6 +1,6 @@
 //! Variances that are none: stand-ins as 255 or -1 for "unknown".
 
-use super::examined::Examined;
+use super::examined::{Examined, in_words};
 use super::finding::{Finding, Weight};
 use crate::core::event::RangeReading;
 use crate::core::statistics::median;
@@ -30,6 +30,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let middle = median(&variances)?;
     let is_wrong = !(0.0..=WORST * WORST).contains(&middle);
     is_wrong.then(|| {
+        let tried = of.tried("noise.trust_variance = false");
         Finding::new(
             Weight::Serious,
             "variance",
@@ -37,7 +38,11 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
                 "the variance that comes with the ranges is {middle} m^2 in the middle, no sonar's"
             ),
             "ranges are taken to scatter so much that walls and corners all fit alike",
-            "set noise.trust_variance = false: the noise is then measured from the ranges",
+            format!(
+                "set noise.trust_variance = false: the noise is then measured from the ranges{}",
+                in_words(tried.as_ref())
+            ),
         )
+        .with(tried)
     })
 }

@@ -178,6 +178,69 @@ fn values_that_stand_for_no_echo() {
 }
 
 #[test]
+fn one_value_that_stands_for_no_echo_among_the_others() {
+    let case = case(
+        "stand-in",
+        of_range(|message| {
+            if f32_at(message, RANGE) >= f32_at(message, MAX_RANGE) {
+                put_f32(message, RANGE, 2.55);
+            }
+        }),
+    );
+    let value = f64::from(2.55_f32);
+    let count = |sonar: &Vec<&Message>| sonar.iter().filter(|m| f32_at(m, RANGE) == value).count();
+    let sonars = case.by_sonar();
+    let having: Vec<_> = sonars
+        .iter()
+        .filter(|sonar| 10 * count(sonar) > sonar.len())
+        .collect();
+    let all: usize = having.iter().map(|sonar| sonar.len()).sum();
+    let same: usize = having.iter().map(|sonar| count(sonar)).sum();
+    case.says(&format!("{} of 16 sonars", having.len()));
+    case.says(&format!(
+        "{:.0}% of their echoes lie at 2.550 m to the bit",
+        100.0 * same as f64 / all as f64
+    ));
+    let mend = &case.mend;
+    assert!(
+        mend.contains("sonars.no_echo = 2.55 (tried: its map explains 100 %"),
+        "{mend}"
+    );
+}
+
+#[test]
+fn limits_in_another_unit_than_the_ranges() {
+    let case = case(
+        "limits",
+        of_range(|message| {
+            for field in [MAX_RANGE, MIN_RANGE] {
+                let metres = f32_at(message, field);
+                put_f32(message, field, 100.0 * metres);
+            }
+        }),
+    );
+    let ranges = || {
+        case.ranges
+            .iter()
+            .map(|m| f32_at(m, RANGE))
+            .filter(|range| range.is_finite())
+    };
+    let (nearest, farthest) = (
+        ranges().fold(f64::INFINITY, f64::min),
+        ranges().fold(0.0, f64::max),
+    );
+    case.says(&format!(
+        "ranges from {nearest:.2} to {farthest:.2} m do not lie between"
+    ));
+    case.says("min_range 20 m and max_range 1000 m");
+    assert!(
+        case.mend.contains("(tried: its map explains 100 %"),
+        "{}",
+        case.mend
+    );
+}
+
+#[test]
 fn centimetres_and_variances() {
     let case_of_cm = case(
         "units",
