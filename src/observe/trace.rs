@@ -104,6 +104,6 @@ pub(super) fn row<'a>(
         incidence: report.oblique.map(|wall| rounded(wall.incidence)),
         map_opinion: report.map.map(|m| m.support.name()),
         suspect: report.is_suspect(),
-        feature: report.run.map(|run| run.extraction),
+        feature: report.run.as_ref().map(|run| run.extraction),
     }
 }

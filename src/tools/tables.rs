@@ -65,6 +65,14 @@ pub fn listed<'r, T: 'r>(
         }
         table.add_row(cells);
     }
+    let widths = table.column_max_content_widths();
+    let natural = widths
+        .iter()
+        .map(|width| u32::from(*width) + u32::from(PADDING));
+    let fits = natural.sum::<u32>() <= u32::from(WIDTH);
+    if fits {
+        return render(&table);
+    }
     // A name or a key that goes on in the next line is none that can be copied.
     for (column, longest) in table.column_iter_mut().zip(longest) {
         let width = u16::try_from(longest.min(LONGEST_WORD)).unwrap_or(u16::MAX);

@@ -387,7 +387,7 @@ fn rough_walls_at_an_angle_are_told_as_such_and_give_no_false_line() {
         run.stdout
     );
     assert!(
-        run.stdout.contains("explains hardly a triple: sonar_01 "),
+        run.stdout.contains("explains few triples: sonar_01 "),
         "{}",
         run.stdout
     );

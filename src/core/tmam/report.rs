@@ -44,12 +44,12 @@ pub struct ArcReport {
 }
 
 /// What all the readings of a run support.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RunTest {
     /// The feature that was extracted from it.
     pub extraction: u32,
-    /// The test; `None` by other methods.
-    pub test: Option<HypothesisTest>,
+    /// The test, one for all arcs of the run; `None` by other methods.
+    pub test: Option<Shared<HypothesisTest>>,
 }
 
 impl ArcReport {
@@ -93,7 +93,7 @@ impl ArcReport {
         let run = self
             .run
             .as_ref()
-            .and_then(|run| Some(("run", run.test.as_ref()?)));
+            .and_then(|run| Some(("run", run.test.as_deref()?)));
         [triple, window, run].into_iter().flatten()
     }
 

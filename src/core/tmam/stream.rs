@@ -1,6 +1,7 @@
 //! One sonar's stream: from its entries to triples, windows, labels and runs.
 
 use std::collections::VecDeque;
+use std::sync::Arc as Shared;
 
 use super::arc::{Arc, ArcId};
 use super::hypothesis::Gate;
@@ -105,11 +106,12 @@ impl Stream {
 
     /// Notes which feature a closed run gave.
     pub fn note(&mut self, extraction: &Extraction) {
+        let test = extraction.opinion.map(Shared::new);
         for arc in &extraction.labelled {
             if let Some(report) = self.labelled(*arc) {
                 report.run = Some(RunTest {
                     extraction: extraction.id,
-                    test: extraction.opinion,
+                    test: test.clone(),
                 });
             }
         }

@@ -34,8 +34,8 @@ impl Known {
         self.report.window()
     }
 
-    fn run(&self) -> Option<HypothesisTest> {
-        self.report.run?.test
+    fn run(&self) -> Option<&HypothesisTest> {
+        self.report.run.as_ref()?.test.as_deref()
     }
 }
 
@@ -76,7 +76,7 @@ pub fn batches(arcs: &[Known]) -> Vec<SerializedComponentBatch> {
         number("wide_chi2_line", |arc| Some(arc.wide()?.chi2_line)),
         number("wide_chi2_point", |arc| Some(arc.wide()?.chi2_point)),
         word("map_opinion", |arc| Some(arc.report.map?.support.name())),
-        count("feature", |arc| Some(arc.report.run?.extraction)),
+        count("feature", |arc| Some(arc.report.run.as_ref()?.extraction)),
         word("run_opinion", |arc| Some(arc.run()?.support.name())),
         number("run_chi2_line", |arc| Some(arc.run()?.chi2_line)),
         number("run_chi2_point", |arc| Some(arc.run()?.chi2_point)),

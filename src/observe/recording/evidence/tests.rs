@@ -68,7 +68,7 @@ fn the_evidence_of_every_arc_is_at_its_place_among_the_arcs() {
     );
     assert_eq!(
         words(&bytes, "run_opinion"),
-        word(|j| Some(j.run?.test?.support.name()))
+        word(|j| Some(j.run.as_ref()?.test.as_ref()?.support.name()))
     );
     let names = words(&bytes, "sensor");
     for (at, report) in &expected {
@@ -79,7 +79,7 @@ fn the_evidence_of_every_arc_is_at_its_place_among_the_arcs() {
     let numbers = |name: &str| read(&bytes, name, |a: &Float32Array, at| a.value(at));
     let (theta_c, chi2) = (numbers("theta_c"), numbers("chi2_point"));
     for (at, report) in &expected {
-        assert_eq!(features[at], report.run.map(|run| run.extraction));
+        assert_eq!(features[at], report.run.as_ref().map(|run| run.extraction));
         let triple = report.triple;
         let angle = triple.map(|t| rounded(t.angles.theta_c) as f32);
         assert_eq!(theta_c[at], angle);
