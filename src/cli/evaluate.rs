@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// The world in JSON, metres in the odometry frame: {"walls": [[x1,y1,x2,y2], ...], "points":
-    /// [[x,y], ...]} [default: the truth in the log]
+    /// [[x,y], ...], "pillars": [[x,y,radius], ...]} [default: the truth in the log]
     #[arg(long, value_name = "WORLD.json", value_parser = world_file)]
     truth: Option<WorldFile>,
     /// A range agrees with the echo model within this, or five of its standard deviations

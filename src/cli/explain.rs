@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::parameters::{Parameters, quoted};
+use super::parameters::Parameters;
 use super::simulate::read_world;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
 use crate::core::geometry::Vec2;
+use crate::core::legible::quoted;
 use crate::core::replay::Replay;
 use crate::core::world::World;
 use crate::io::log;

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use crate::cli::error::Error;
 use crate::core::config::{Config, Method};
-use crate::core::legible::one_line;
+use crate::core::legible::quoted;
 use crate::io::config::file::{ConfigError, check, layered, overridden, parse_layers};
 use crate::io::text_file::read_text;
 
@@ -327,16 +327,6 @@ fn typed(value: &Value) -> String {
         Value::String(text) => text.clone(),
         Value::Float(number) => number.to_string(),
         other => other.to_string(),
-    }
-}
-
-/// A word as a shell takes it.
-pub(super) fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+,:@".contains(c);
-    if word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", one_line(word).replace('\'', "'\\''"))
     }
 }
 

@@ -4,12 +4,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::thread::{self, ScopedJoinHandle};
 
-use super::parameters::{Parameters, quoted};
+use super::parameters::Parameters;
 use crate::cli::error::Error;
 use crate::cli::named::{ending_in, is_folder};
 use crate::core::config::Config;
 use crate::core::exit::Exit;
 use crate::core::least_explained::least_explained;
+use crate::core::legible::quoted;
 use crate::core::observer::{Observer, Setting};
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::tmam::arc::Arc;
@@ -298,7 +299,7 @@ impl Args {
             let mut observers: Vec<&mut dyn Observer> = progress.into_iter().collect();
             observers.extend(recording.as_mut().map(|r| r as &mut dyn Observer));
             let mut outcome = replay.run(&mut observers)?;
-            outcome.stretch = least_explained(&setting, &outcome);
+            outcome.stretch = least_explained(&replay, &outcome);
             let mut facts = Facts::new(&survey, Some(outcome));
             let found = findings(&Examined {
                 facts: &facts,

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::parameters::{Parameters, quoted};
+use super::parameters::Parameters;
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::least_explained::least_explained;
+use crate::core::legible::quoted;
 use crate::core::replay::Replay;
 use crate::io::log;
 use crate::io::output::{is_stdout, show, write_whole};
@@ -55,7 +56,7 @@ impl Args {
         if !self.no_causes {
             outcome.causes = causes::look_for(&replay, &outcome);
         }
-        outcome.stretch = least_explained(&setting, &outcome);
+        outcome.stretch = least_explained(&replay, &outcome);
         let problems = problems(&log, &setting, &outcome);
         let path = replay.path(&outcome).into_iter();
         let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();

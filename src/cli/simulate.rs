@@ -40,8 +40,8 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE.mcap", value_parser = ending_in("mcap"))]
     output: PathBuf,
 
-    /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...], "diffuse":
-    /// [wall, ...]} [default: the paper's L-shaped room]
+    /// World in JSON, metres: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...], "pillars":
+    /// [[x,y,radius], ...], "diffuse": [wall, ...]} [default: the paper's L-shaped room]
     #[arg(long, value_name = "FILE", value_parser = world_file, requires = "waypoints", help_heading = "World")]
     world: Option<WorldFile>,
 

@@ -4,9 +4,10 @@
 //! that slips, people who walk beside the robot leave a stretch. Whether it is the clock can be tried: at the poses
 //! of another time the map explains what it does not at these.
 
+use crate::core::config::{Config, Poses};
 use crate::core::observer::Setting;
 use crate::core::odometry::Track;
-use crate::core::replay::{Outcome, Stretch};
+use crate::core::replay::{Outcome, Replay, Stretch};
 use crate::core::statistics::{fraction, seconds};
 use crate::core::tmam::arc::Arc;
 
@@ -25,8 +26,32 @@ const TRIED: usize = 200;
 /// A delay must explain this share of what is explained elsewhere.
 const AS_ELSEWHERE: f64 = 0.8;
 
-/// The stretch of a replay that is explained least; `None` where none stands out.
-pub fn least_explained(setting: &Setting<'_>, outcome: &Outcome) -> Option<Stretch> {
+/// Where poses were estimated, odometry is to explain this share elsewhere: it is right, then, and what the poses
+/// took in was late.
+const BY_ODOMETRY: f64 = 0.9;
+
+/// The stretch of a replay that is explained least; `None` where none stands out. Estimated poses take in a delay as
+/// if odometry had drifted: then it is looked for at those of odometry.
+pub fn least_explained(replay: &Replay<'_>, outcome: &Outcome) -> Option<Stretch> {
+    let found = least_explained_by(&replay.setting(), outcome);
+    if found.is_some() || outcome.joint().is_none() {
+        return found;
+    }
+    let config = Config {
+        poses: Poses::Odometry,
+        ..replay.config().clone()
+    };
+    let replay = Replay::new(replay.log(), &config).ok()?;
+    let outcome = replay.run(&mut []).ok()?;
+    let found = least_explained_by(&replay.setting(), &outcome)?;
+    let is_late = found.delay.is_some() && found.elsewhere >= BY_ODOMETRY;
+    is_late.then_some(Stretch {
+        by_odometry: true,
+        ..found
+    })
+}
+
+fn least_explained_by(setting: &Setting<'_>, outcome: &Outcome) -> Option<Stretch> {
     let mut arcs: Vec<Arc> = outcome.reports.iter().map(|report| report.arc).collect();
     arcs.sort_by_key(|arc| arc.stamp_ns);
     let prediction = outcome.prediction.as_ref()?;
@@ -49,6 +74,7 @@ pub fn least_explained(setting: &Setting<'_>, outcome: &Outcome) -> Option<Stret
         arcs: long,
         explained: fraction(within, long),
         elsewhere,
+        by_odometry: false,
         delay: delay(part, setting, outcome)
             .filter(|(_, share)| *share >= AS_ELSEWHERE * elsewhere),
     })

@@ -37,7 +37,7 @@ pub enum WorldError {
     Read(#[from] std::io::Error),
     /// Not JSON, or not of the right form.
     #[error(
-        "not a world file: {0}; expected {{\"walls\": [[x1,y1,x2,y2], ...], \"points\": [[x,y], ...]}} in metres"
+        "not a world file: {0}; expected {{\"walls\": [[x1,y1,x2,y2], ...], \"points\": [[x,y], ...], \"pillars\": [[x,y,radius], ...]}} in metres"
     )]
     Format(#[from] serde_json::Error),
     /// Nothing to see.

@@ -8,7 +8,7 @@ use crate::core::bits::Bits;
 use crate::core::config::{Method, Rule};
 use crate::core::joint::JointEstimate;
 use crate::core::joint::drift::Drift;
-use crate::core::legible::{legible, one_line};
+use crate::core::legible::{legible, one_line, quoted};
 use crate::core::log::Log;
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::observer::Setting;
@@ -70,7 +70,8 @@ pub fn written(files: &[PathBuf]) -> String {
         if path.extension().is_some_and(|extension| extension == "rrd") {
             let _ = writeln!(
                 text,
-                "open with  rerun {shown}    (viewer {VERSION} or newer: pip install rerun-sdk)"
+                "open with  rerun {}    (viewer {VERSION} or newer: pip install rerun-sdk)",
+                quoted(&path.display().to_string())
             );
         }
     }

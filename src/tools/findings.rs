@@ -17,7 +17,6 @@ mod heading;
 mod infrared;
 mod interleaved;
 mod jump;
-
 mod laid;
 mod limits;
 mod losses;
@@ -26,6 +25,7 @@ mod noise;
 mod obstacles;
 pub mod odometry;
 mod one_mount;
+mod pillars;
 mod poses;
 mod repeats;
 mod robot_frame;
@@ -55,7 +55,7 @@ use crate::core::rounding::fixed;
 type Check = fn(&Examined<'_>) -> Vec<Finding>;
 
 /// In the order in which findings of one weight are told.
-const CHECKS: [Check; 30] = [
+const CHECKS: [Check; 31] = [
     |of| unread::check(of.facts),
     |of| obstacles::findings(of.facts, &of.survey.obstacles),
     |of| losses::check(of.facts).into_iter().collect(),
@@ -85,6 +85,7 @@ const CHECKS: [Check; 30] = [
     sonar::check,
     one_mount::check,
     dead::check,
+    pillars::check,
     last,
 ];
 

@@ -64,7 +64,7 @@ impl Info {
                 true => causes::look_for(&replay, outcome),
                 false => Some(by_physics),
             };
-            let stretch = least_explained(&replay.setting(), outcome);
+            let stretch = least_explained(&replay, outcome);
             if let Some(outcome) = &mut self.facts.replay.outcome {
                 outcome.stretch = stretch;
             }

@@ -114,3 +114,24 @@ fn without_the_key_files_know_no_circles() {
         assert!(!text.contains("circle"), "{file}");
     }
 }
+
+#[test]
+fn pillars_are_named_where_they_are_not_looked_for() {
+    let bench = simulated();
+    let run = bench.sh("tmam replay log.mcap --no-recording --features out.json");
+    let cause = (run.stdout.lines()).find(|line| line.starts_with("cause 1"));
+    let cause = cause.unwrap_or_else(|| panic!("{}", run.stdout));
+    assert!(
+        cause.contains("round pillars") && cause.contains("noise_aware.circles=true"),
+        "{cause}"
+    );
+    let with = "--set noise_aware.circles=true";
+    let run = bench.sh(&format!(
+        "tmam replay log.mcap --no-recording --features out.json {with}"
+    ));
+    assert!(
+        run.stdout.contains("causes     none found"),
+        "{}",
+        run.stdout
+    );
+}

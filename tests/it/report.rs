@@ -64,3 +64,19 @@ fn what_is_off_is_said_before_what_it_does() {
     let page = bench.tmam(&log, "report {} -o - --no-causes").stdout;
     assert!(!page.contains("Cause 1"));
 }
+
+#[test]
+fn a_folder_of_several_drives_is_refused_where_one_is_asked_for() {
+    let bench = Bench::new();
+    for name in ["one", "two"] {
+        let run = bench.sh(&format!("tmam simulate -o logs_{name}.mcap --steps 20"));
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+    let run = bench.sh("mkdir drives && mv logs_*.mcap drives && tmam report drives -o r.html");
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(
+        run.stderr.contains("drives holds 2 logs") && run.stderr.contains("logs_one.mcap"),
+        "{}",
+        run.stderr
+    );
+}

@@ -15,6 +15,8 @@ pub struct Stretch {
     pub explained: f64,
     /// The share of all others.
     pub elsewhere: f64,
+    /// Whether that is so at the poses of odometry, and not at those that were estimated.
+    pub by_odometry: bool,
     /// By how many seconds its ranges are stamped late (early below zero), and the share that the map explains
     /// then; `None` where no delay makes it as good as the rest.
     pub delay: Option<(f64, f64)>,
@@ -26,8 +28,13 @@ impl Stretch {
         let [from, to] = self.seconds.map(|seconds| fixed(seconds, 1));
         let [first, last] = self.frames;
         let percent = |share: f64| fixed(100.0 * share, 0);
+        let poses = if self.by_odometry {
+            "at the poses of odometry "
+        } else {
+            ""
+        };
         let text = format!(
-            "arcs from {from} to {to} s, frames {first} to {last}: {} % are explained, elsewhere {} %",
+            "arcs from {from} to {to} s, frames {first} to {last}: {poses}{} % are explained, elsewhere {} %",
             percent(self.explained),
             percent(self.elsewhere)
         );

@@ -13,6 +13,18 @@ pub enum LogError {
     /// The file cannot be read, or is none that is read.
     #[error("{}", unopened(path, source))]
     Open { path: PathBuf, source: OpenError },
+    /// A folder of several drives where one is asked for.
+    #[error(
+        "{} holds {logs} logs that are no parts of one recording: name one of them, {} say. replay, info, \
+         evaluate and check take all of them",
+        .folder.display(),
+        .first.display()
+    )]
+    Several {
+        folder: PathBuf,
+        logs: usize,
+        first: PathBuf,
+    },
     /// More than fits into the memory that is allowed.
     #[error(
         "{file} has more than {most} readings and odometry samples, as many as are held in memory. Leave \

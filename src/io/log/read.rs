@@ -68,6 +68,14 @@ impl Gathered {
     }
 
     fn open(path: &Path, config: &Config, with_truth: bool) -> Result<Self, LogError> {
+        let drives = container::drives(path);
+        if let [first, _, ..] = drives.as_slice() {
+            return Err(LogError::Several {
+                folder: path.to_owned(),
+                logs: drives.len(),
+                first: first.clone(),
+            });
+        }
         let walk = |take: &mut Take<'_>| container::walk(path, unchecked(config), take);
         Self::new(path, config, with_truth, walk)
     }

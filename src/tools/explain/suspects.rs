@@ -162,7 +162,10 @@ fn shared(list: &Suspects) -> String {
     if causes.is_empty() {
         return String::new();
     }
-    let mut text = String::from("\nby cause:\n");
+    let mut text = match (list.worst.len() as u64) < list.suspects {
+        true => "\nby cause, of those above:\n".to_owned(),
+        false => "\nby cause:\n".to_owned(),
+    };
     for (cause, of) in causes {
         let mut sonars = BTreeMap::<&str, u64>::new();
         for suspect in &of {

@@ -420,8 +420,8 @@ fn label_runs(
 
 fn is_borderline(margin: Margin, tolerance: &Tolerance) -> bool {
     match margin {
-        Margin::Angle(radians) => radians < tolerance.borderline,
-        Margin::Chi2(chi2) => chi2 < tolerance.borderline_chi2,
+        Margin::Angle(radians) => radians.abs() < tolerance.borderline,
+        Margin::Chi2(chi2) => chi2.abs() < tolerance.borderline_chi2,
     }
 }
 
