@@ -111,7 +111,7 @@ fn without_the_key_files_know_no_circles() {
     );
     for file in ["out.json", "out.jsonl"] {
         let text = String::from_utf8(bench.bytes(file)).unwrap();
-        assert!(!text.contains("circle"), "{file}");
+        assert!(!text.contains("\"circle"), "{file}");
     }
 }
 

@@ -13,6 +13,8 @@ use crate::core::replay::{Outcome, Replay};
 const CLEAR: f64 = 4.0;
 const CLEAR_OF_SEVERAL: f64 = 3.0;
 const CLEAR_GAIN: f64 = 10.0;
+/// What is known no better than so many times what matters mends nothing.
+const VAGUE: f64 = 5.0;
 
 /// What a parameter gains where nothing is off, in natural logarithms: with a thousand readings.
 const OF_PARAMETER: f64 = 3.5;
@@ -192,10 +194,11 @@ pub fn are_clear(values: &[Estimated], seconds: f64) -> bool {
     } else {
         CLEAR
     };
-    let is_sure = |one: &Estimated| one.value.abs() > clear * one.deviation;
-    values
-        .iter()
-        .any(|one| is_sure(one) && one.value.abs() > one.least(seconds))
+    values.iter().any(|one| {
+        let least = one.least(seconds);
+        let is_sure = one.value.abs() > clear * one.deviation;
+        is_sure && one.value.abs() > least && one.deviation < VAGUE * least
+    })
 }
 
 impl Candidate {
