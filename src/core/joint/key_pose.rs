@@ -91,10 +91,10 @@ pub fn between(keys: &[KeyPose], stamp_ns: i64) -> Between {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
 
-    fn frame(index: u32, x: f64, yaw: f64) -> Frame {
+    pub fn frame(index: u32, x: f64, yaw: f64) -> Frame {
         Frame {
             index,
             stamp_ns: i64::from(index) * 1_000_000_000,

@@ -98,17 +98,7 @@ impl CorrectedPath {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::joint::key_pose::key_poses;
-
-    fn frame(index: u32, x: f64, yaw: f64) -> Frame {
-        Frame {
-            index,
-            stamp_ns: i64::from(index) * 1_000_000_000,
-            world_from_robot: Pose2::new(x, 0.0, yaw),
-            correction: None,
-            entries: Vec::new(),
-        }
-    }
+    use crate::core::joint::key_pose::{key_poses, tests::frame};
 
     #[test]
     fn a_path_that_is_not_moved_corrects_nothing() {

@@ -120,8 +120,8 @@ pub fn which_sonars(some: &[&str], all: usize) -> String {
 
 pub fn percent(share: f64) -> String {
     match share * 100.0 {
-        p if p > 0.0 && p < 1.0 => "less than 1%".to_owned(),
-        p => format!("{p:.0}%"),
+        p if p > 0.0 && p < 1.0 => "less than 1 %".to_owned(),
+        p => format!("{p:.0} %"),
     }
 }
 
@@ -136,8 +136,8 @@ mod tests {
         assert_eq!(which_sonars(&["a", "b"], 2), "all 2 sonars");
         assert_eq!(which_sonars(&["a", "b"], 3), "2 of 3 sonars (a and b)");
         assert_eq!(which_sonars(&["a"], 1), "sonar a");
-        assert_eq!(percent(0.004), "less than 1%");
-        assert_eq!(percent(0.25), "25%");
+        assert_eq!(percent(0.004), "less than 1 %");
+        assert_eq!(percent(0.25), "25 %");
     }
 
     #[test]

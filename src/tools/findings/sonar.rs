@@ -123,7 +123,7 @@ fn invalid(sonar: &SonarFacts) -> f64 {
     fraction(sonar.invalid, sonar.readings)
 }
 
-/// `93%`, or `85% to 93%` where sonars differ.
+/// `93 %`, or `85 % to 93 %` where sonars differ.
 pub fn between(
     sonars: &[&SonarFacts],
     of: impl Fn(&SonarFacts) -> f64,

@@ -46,6 +46,7 @@ fn of_replay(replayed: &Replayed) -> Json {
             "explained": rounded(stretch.explained),
             "elsewhere": rounded(stretch.elsewhere),
             "delay": stretch.delay.map(|(delay, _)| rounded(delay)),
+            "by_odometry": stretch.by_odometry,
         })
     });
     let truth = score.truth.as_ref().map(|truth| {

@@ -172,7 +172,7 @@ fn values_that_stand_for_no_echo() {
     let zero: usize = standing.iter().map(|sonar| zeros(sonar)).sum();
     case.says(&format!("{} of 16 sonars", standing.len()));
     case.says(&format!(
-        "{:.0}% of their echoes lie at 0.000 m",
+        "{:.0} % of their echoes lie at 0.000 m",
         100.0 * zero as f64 / all as f64
     ));
 }
@@ -198,7 +198,7 @@ fn one_value_that_stands_for_no_echo_among_the_others() {
     let same: usize = having.iter().map(|sonar| count(sonar)).sum();
     case.says(&format!("{} of 16 sonars", having.len()));
     case.says(&format!(
-        "{:.0}% of their echoes lie at 2.550 m to the bit",
+        "{:.0} % of their echoes lie at 2.550 m to the bit",
         100.0 * same as f64 / all as f64
     ));
     let mend = &case.mend;
@@ -416,7 +416,7 @@ fn poses_that_are_none() {
     };
     let [x, y, z] = [0, 1, 2].map(extent);
     mocap.says(&format!(
-        "100% of them the robot's z axis leans by more than 30 deg (y seems to be up); they extend \
+        "100 % of them the robot's z axis leans by more than 30 deg (y seems to be up); they extend \
                          {x:.2} m in x, {y:.2} m in y and {z:.2} m in z"
     ));
     assert!(
@@ -452,5 +452,5 @@ fn sonars_that_are_dead() {
     let echoes = of_it.iter().filter(|range| **range < 10.0).count();
     let same = of_it.iter().filter(|range| **range == 1.25).count();
     let share = 100.0 * same as f64 / echoes as f64;
-    stuck.says(&format!("sonar_05: {share:.0}% of its echoes are 1.250 m"));
+    stuck.says(&format!("sonar_05: {share:.0} % of its echoes are 1.250 m"));
 }
