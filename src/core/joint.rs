@@ -13,7 +13,7 @@ mod merge;
 pub mod path;
 mod problem;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
@@ -25,6 +25,7 @@ use self::merge::Seen;
 use self::path::CorrectedPath;
 use self::problem::{Fitted, Incidence, Problem, Sighting, Unknowns};
 use crate::core::config::Config;
+use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::geometry::Pose2;
 use crate::core::tmam::arc::{Arc, ArcId};
@@ -59,7 +60,7 @@ const AT_FIRST: Drift = Drift {
 /// degrees of freedom (chi-bar-square).
 const DECISIVE: f64 = 2.7;
 
-/// A map that explains a smaller share of the arcs does not say where the robot was.
+/// A map that explains a smaller share of the arcs of the sonars that hear it does not say where the robot was.
 const LEAST_EXPLAINED: f64 = 0.3;
 
 /// Of the arcs that are explained, the share that may be so no longer: features that were there twice
@@ -93,6 +94,8 @@ pub struct Evidence<'a> {
     pub frames: &'a [Frame],
     /// Every arc at the pose of odometry, by frame and sonar.
     pub arcs: &'a [Arc],
+    /// Sonars of which hardly a triple is explained: what they hear corrects no pose.
+    pub hardly: &'a BTreeSet<SonarId>,
 }
 
 impl Evidence<'_> {
@@ -104,7 +107,14 @@ impl Evidence<'_> {
         Self {
             frames,
             arcs: self.arcs.get(..arcs).unwrap_or(self.arcs),
+            hardly: self.hardly,
         }
+    }
+
+    /// The arcs that correct poses.
+    fn heard(&self) -> Vec<Arc> {
+        let heard = |arc: &&Arc| !self.hardly.contains(&arc.id.sonar);
+        self.arcs.iter().filter(heard).copied().collect()
     }
 }
 
@@ -157,7 +167,10 @@ pub enum OdometryKept {
         keys: usize,
     },
     /// Most of what was heard came from nothing in the map: too little to hold a path against.
-    #[error("the map explains only {:.0} % of the arcs: too little to correct odometry by it", 100.0 * .0)]
+    #[error(
+        "of the sonars that hear walls and points, the map explains only {:.0} % of the arcs: too little to \
+         correct odometry by it", 100.0 * .0
+    )]
     LittleExplained(f64),
     /// What comes out explains less.
     #[error(
@@ -184,7 +197,7 @@ pub enum OdometryKept {
 
 /// The state of an estimate on its way.
 struct Solver<'a> {
-    arcs: &'a [Arc],
+    arcs: Vec<Arc>,
     places: BTreeMap<ArcId, usize>,
     keys: Vec<KeyPose>,
     reach: Reach,
@@ -222,6 +235,8 @@ pub fn estimate(
 ) -> Result<JointEstimate, OdometryKept> {
     let mut solver = Solver::new(evidence, start, config);
     let mut association = Association::of_replay(extractions, map);
+    let owners = &mut association.owners;
+    owners.retain(|arc, _| solver.places.contains_key(arc));
     let counts = association.counts();
     let landmarks = counts
         .iter()
@@ -261,11 +276,15 @@ pub fn estimate(
     let covariances = solved.fitted.factor.pose_covariances(&shared);
     path.covariances = covariances.own;
     let features_given_path = association.features;
-    let arcs = solver.corrected(&path, 1.0);
-    let after = explained(&features_given_path, &arcs, config);
-    if after < LEAST_EXPLAINED {
-        return Err(OdometryKept::LittleExplained(after));
+    let explained_of = |arcs: &[Arc]| {
+        let arcs = solver.corrected(arcs, &path, 1.0);
+        explained(&features_given_path, &arcs, config)
+    };
+    let heard = explained_of(&solver.arcs);
+    if heard < LEAST_EXPLAINED {
+        return Err(OdometryKept::LittleExplained(heard));
     }
+    let after = explained_of(evidence.arcs);
     if after < before * (1.0 - SHARE_LOST) {
         return Err(OdometryKept::ExplainsLess { before, after });
     }
@@ -308,12 +327,13 @@ pub fn explained(map: &[MapFeature], arcs: &[Arc], config: &Config) -> f64 {
 }
 
 impl<'a> Solver<'a> {
-    fn new(evidence: &Evidence<'a>, start: Option<&JointEstimate>, config: &'a Config) -> Self {
+    fn new(evidence: &Evidence, start: Option<&JointEstimate>, config: &'a Config) -> Self {
+        let arcs = evidence.heard();
         Self {
-            arcs: evidence.arcs,
-            places: (evidence.arcs.iter().enumerate())
+            places: (arcs.iter().enumerate())
                 .map(|(place, arc)| (arc.id, place))
                 .collect(),
+            arcs,
             reach: Reach {
                 margin: MARGIN,
                 ..Reach::of(config.map.max_wall_gap)
@@ -347,7 +367,7 @@ impl<'a> Solver<'a> {
         self.learn(association, &mut settled.solved)?;
         for slack in SLACKS {
             let path = self.path(&settled.solved.fitted);
-            let arcs = self.corrected(&path, 1.0 + slack / 3.0);
+            let arcs = self.corrected(&self.arcs, &path, 1.0 + slack / 3.0);
             *association = association.gathered(&arcs, &self.reach);
             settled.solved = self.again(association, &settled.solved)?;
             self.merge(association, &mut settled)?;
@@ -494,8 +514,8 @@ impl Solver<'_> {
     }
 
     /// Every arc where the path has it, with a deviation so many times its own.
-    fn corrected(&self, path: &CorrectedPath, wider: f64) -> Vec<Arc> {
-        let arcs = self.arcs.iter();
+    fn corrected(&self, arcs: &[Arc], path: &CorrectedPath, wider: f64) -> Vec<Arc> {
+        let arcs = arcs.iter();
         arcs.map(|arc| Arc {
             world_from_sensor: path.correct(arc.stamp_ns, &arc.world_from_sensor),
             variance: (arc.variance + self.between_key_poses(arc)) * wider * wider,
@@ -679,6 +699,46 @@ fn extent(association: &Association, id: u32) -> Option<Segment> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::replay::Replay;
+    use crate::io::log::read_with_truth_in;
+    use crate::tools::simulate::{Driving, Motion, OdometryNoise, RangeNoise, Simulation};
+    use std::io::Cursor;
+
+    #[test]
+    fn sonars_that_hear_none_of_the_map_leave_the_poses_to_the_others() {
+        let simulation = Simulation {
+            motion: Motion::Driving(Driving::default()),
+            range_noise: RangeNoise {
+                sigma: 0.003,
+                ..RangeNoise::default()
+            },
+            odometry_noise: OdometryNoise {
+                distance: 0.01,
+                heading: 0.2_f64.to_radians(),
+                turn: 0.5_f64.to_radians(),
+            },
+            ..Simulation::default()
+        };
+        let bytes = simulation.write(Cursor::new(Vec::new())).unwrap();
+        let config = Config::default();
+        let (mut log, _) =
+            read_with_truth_in(Cursor::new(bytes.into_inner()), "room.mcap", &config).unwrap();
+        let path = |log: &_| {
+            let replay = Replay::new(log, &config).unwrap();
+            let outcome = replay.run(&mut []).unwrap();
+            outcome.poses.unwrap().map(|joint| joint.path)
+        };
+        let of_all = path(&log).unwrap();
+        // All but those of the two sides hear noise.
+        for (at, reading) in log.events.readings.iter_mut().enumerate() {
+            if !reading.sonar.0.is_multiple_of(4) {
+                reading.range += 0.4 * libm::sin(at as f64);
+            }
+        }
+        let of_some = path(&log).unwrap();
+        let apart = of_some.moved(&of_all);
+        assert!(of_all.end_correction() > 0.03 && apart < 0.03, "{apart}");
+    }
 
     #[test]
     fn what_is_solved_is_bounded() {

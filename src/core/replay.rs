@@ -28,6 +28,7 @@ use crate::core::pattern::glob_set;
 use crate::core::tmam::Tmam;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::MapFeature;
+use crate::core::tmam::hearing::Hearing;
 use crate::core::tmam::map::rough::{self, RoughWall};
 use crate::core::tmam::prediction::{MapPrediction, Reach};
 use crate::core::tmam::step::{Extraction, Step};
@@ -375,6 +376,7 @@ impl<'a> Replay<'a> {
         let evidence = Evidence {
             frames: &self.framing.frames,
             arcs: &arcs,
+            hardly: &Hearing::hardly_explained(&pass.last.reports),
         };
         let steps = pass.steps.iter().chain([&pass.last]);
         let extractions: Vec<&Extraction> = steps.flat_map(|step| &step.extractions).collect();

@@ -102,9 +102,7 @@ impl Tmam {
         reports.sort_unstable_by_key(|report: &ArcReport| report.arc.id);
         step.reports = Shared::new(reports);
         let arcs: Vec<Arc> = step.reports.iter().map(|report| report.arc).collect();
-        let hearings = Hearing::of_sonars(&step.reports, &[]).into_iter();
-        let hardly = hearings.filter(|(_, hearing)| hearing.is_hardly_explained());
-        let hardly = hardly.map(|(sonar, _)| sonar).collect();
+        let hardly = Hearing::hardly_explained(&step.reports);
         let rough = if self.config.departures().oblique_walls {
             RoughWall::all(&step.reports, self.map.features(), &self.config)
         } else {

@@ -315,7 +315,7 @@ fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
     }
     let what = format!(
         "of which a wall or a point explains few triples: {}; what one alone saw on one visit \
-         stays tentative",
+         stays tentative, and no pose is corrected by it",
         hardly.join(", ")
     );
     rows.push(("sonars", hardly.len() as u64, what));

@@ -33,12 +33,10 @@ impl Drift {
         turn: 0.0,
     };
 
-    /// Whether it is more than noise: half a metre or half a radian after a metre, or half a radian after a
-    /// radian.
+    /// Whether it is more than noise: half a metre or a tenth of a radian after a metre, or a tenth of a radian
+    /// after a radian.
     pub fn is_implausible(&self) -> bool {
-        [self.distance, self.heading, self.turn]
-            .iter()
-            .any(|noise| *noise > 0.5)
+        self.distance > 0.5 || self.heading.max(self.turn) > 0.1
     }
 
     /// Variance of a range along a bearing in the frame of odometry, square metres, by where the robot was between

@@ -92,6 +92,7 @@ pub fn grown(
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
     use std::io::Cursor;
 
     use super::*;
@@ -131,6 +132,7 @@ mod tests {
         let evidence = Evidence {
             frames,
             arcs: &arcs,
+            hardly: &BTreeSet::new(),
         };
         let first = Stage::of(frames, None, 0, 20, &config);
         assert!(first.frames < frames.len() / 2, "{}", first.frames);

@@ -3,7 +3,7 @@
 //! A sonar that looks at rough walls at an angle, whose mount is wrong or that hears others has hardly a
 //! triple that a wall or a point explains. What it makes of the few that are left is chance.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::feature::{MapFeature, Segment, Shape, Status};
 use super::hypothesis::Support;
@@ -39,6 +39,13 @@ impl Hearing {
     /// Whether hardly a triple is explained.
     pub fn is_hardly_explained(&self) -> bool {
         self.triples >= ENOUGH && (self.explained as f64) < HARDLY * self.triples as f64
+    }
+
+    /// The sonars of which hardly a triple is explained.
+    pub fn hardly_explained(reports: &[ArcReport]) -> BTreeSet<SonarId> {
+        let hearings = Self::of_sonars(reports, &[]).into_iter();
+        let hardly = hearings.filter(|(_, hearing)| hearing.is_hardly_explained());
+        hardly.map(|(sonar, _)| sonar).collect()
     }
 
     /// Of every sonar, by the reports of all its arcs and the final map.
