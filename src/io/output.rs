@@ -220,7 +220,10 @@ pub fn make_room(path: &Path) -> Result<(), OutputError> {
     };
     fs::create_dir_all(directory).map_err(|source| OutputError {
         path: path.to_owned(),
-        source,
+        source: match directory.ancestors().find(|part| part.is_file()) {
+            Some(file) => io::Error::new(source.kind(), format!("{} is no folder", file.display())),
+            None => source,
+        },
     })
 }
 

@@ -61,10 +61,10 @@ pub fn causes(then: &LogInfo, now: &LogInfo, labels: Option<[&Labels; 2]>) -> Ve
         })
         .collect();
     let odometry = then.odometry.as_ref().zip(now.odometry.as_ref());
-    let restamped = pairs
-        .iter()
-        .filter(|pair| is_uneven(&pair.then.stamps, &pair.now.stamps));
-    let restamped: Vec<&str> = restamped.map(|pair| pair.name).collect();
+    let restamped = (pairs.iter()).map(|pair| (pair.name, &pair.then.stamps, &pair.now.stamps));
+    let restamped: Vec<_> = restamped
+        .filter(|(_, then, now)| is_uneven(then, now))
+        .collect();
     let late_part = labels.and_then(|both| LatePart::of(&restamped, both, then.origin_ns()?));
     let parts = [
         ("sonars", come_and_gone(before, after)),
