@@ -59,7 +59,7 @@ pub struct Args {
     /// Tell it in JSON (tmam.evaluation/1): SI units and radians; of several logs a line each (tmam.replayed/1)
     #[arg(long)]
     json: bool,
-    /// How many logs to replay at a time [default: one per processor]
+    /// How many logs to replay at a time; 0: one per processor [default: 0]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
     #[command(flatten)]

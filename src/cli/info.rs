@@ -41,7 +41,7 @@ pub struct Args {
     /// Do not look for what is off: mounts, beams, clocks, scales
     #[arg(long, conflicts_with = "skeleton")]
     no_causes: bool,
-    /// How many logs to look into at a time [default: one per processor]
+    /// How many logs to look into at a time; 0: one per processor [default: 0]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
     #[command(flatten)]

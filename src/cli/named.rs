@@ -20,7 +20,7 @@ pub fn ending_in(extension: &'static str) -> ValueParser {
         match given.filter(|given| KNOWN.contains(&&**given) && given != extension) {
             None => Ok(file),
             Some(given) => Err(format!(
-                "this is no .{given} file: its name ends in .{extension}"
+                "what is written there is no .{given} file; give a name that ends in .{extension}"
             )),
         }
     })
@@ -51,7 +51,7 @@ mod tests {
         }
         for name in ["drive.mcap", "a.json", "out/tmam.toml", "t.txt", "D.MCAP"] {
             let error = parsed(name).unwrap_err().to_string();
-            assert!(error.contains("its name ends in .rrd"), "{error}");
+            assert!(error.contains("a name that ends in .rrd"), "{error}");
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The flags that make a configuration, for every command that replays.
 
-use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -309,8 +308,11 @@ fn as_toml(flags: &[Flag]) -> String {
 /// A line of a configuration as one types it: the quotes of a text may be left out, which the shell would take.
 ///
 /// # Errors
-/// Never; whether the line means anything is for the configuration to say.
-pub(super) fn assignment(line: &str) -> Result<String, Infallible> {
+/// A line without `=`; whether it means anything else is for the configuration to say.
+pub(super) fn assignment(line: &str) -> Result<String, String> {
+    if !line.contains('=') {
+        return Err("it has no `=`: give KEY=VALUE, such as frames.step=0.15".to_owned());
+    }
     let bare = |(key, text): (&str, &str)| {
         let value = Value::String(text.trim().to_owned());
         format!("{} = {value}", key.trim())
@@ -336,20 +338,16 @@ mod tests {
 
     #[test]
     fn a_text_needs_no_quotes() {
-        let Ok(line) = assignment("rule=paper");
+        let line = assignment("rule=paper").unwrap();
         assert_eq!(line, "rule = \"paper\"");
-        let Ok(line) = assignment("input.robot_frame = base/link 'a'");
+        let line = assignment("input.robot_frame = base/link 'a'").unwrap();
         assert_eq!(
             line.parse::<Table>().unwrap()["input"]["robot_frame"].as_str(),
             Some("base/link 'a'")
         );
-        for line in [
-            "rule='paper'",
-            "triple.gamma=8",
-            "input.sonars=[\"a\"]",
-            "nonsense",
-        ] {
+        for line in ["rule='paper'", "triple.gamma=8", "input.sonars=[\"a\"]"] {
             assert_eq!(assignment(line).unwrap(), line);
         }
+        assert!(assignment("nonsense").unwrap_err().contains("KEY=VALUE"));
     }
 }

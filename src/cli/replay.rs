@@ -124,7 +124,7 @@ pub struct Args {
     /// Tell what came of it in JSON (tmam.replayed/1), a line for each log, the worst first
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
-    /// How many logs to replay at a time [default: one per processor]; the outputs are the same
+    /// How many logs to replay at a time; 0: one per processor [default: 0]. The outputs are the same
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
     #[command(flatten)]

@@ -364,6 +364,20 @@ impl World {
         Ok(self)
     }
 
+    /// Where a reflector echoes to a sensor that looks at it; of a wall the foot of the perpendicular, also beyond its
+    /// ends. `None` from within a pillar.
+    pub fn place_of(&self, reflector: Reflector, sensor: Vec2) -> Option<Vec2> {
+        match reflector {
+            Reflector::Line(index) => {
+                let wall = self.walls.get(index)?;
+                let along = (wall.end - wall.start).normalize();
+                Some(wall.start + along * (sensor - wall.start).dot(&along))
+            }
+            Reflector::Point(index) => self.points.get(index).copied(),
+            Reflector::Circle(index) => self.pillars.get(index)?.nearest(sensor),
+        }
+    }
+
     /// What a sonar hears first nearer than `max_range` (metres) with its full `beam_width`
     /// (radians), its beam along the x axis of `world_from_sensor`.
     pub fn echo(&self, world_from_sensor: Pose2, beam_width: f64, max_range: f64) -> Option<Echo> {

@@ -2,5 +2,6 @@
 
 pub mod changed;
 pub mod file;
+pub mod idle;
 pub mod keys;
 pub mod render;

@@ -13,7 +13,10 @@ use crate::io::colour::in_colour;
 
 /// An output that cannot be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {source}", path.display())]
+#[error(
+    "cannot write {}: {source}",
+    if is_stdout(path) { "standard output".into() } else { path.to_string_lossy() }
+)]
 pub struct OutputError {
     /// The output.
     pub path: PathBuf,
@@ -175,7 +178,7 @@ pub fn print(text: &str) -> Result<(), OutputError> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush());
     unless_gone(written, ()).map_err(|source| OutputError {
-        path: PathBuf::from("standard output"),
+        path: PathBuf::from("-"),
         source,
     })
 }
@@ -217,7 +220,10 @@ pub fn make_room(path: &Path) -> Result<(), OutputError> {
     };
     fs::create_dir_all(directory).map_err(|source| OutputError {
         path: path.to_owned(),
-        source,
+        source: match directory.ancestors().find(|part| part.is_file()) {
+            Some(file) => io::Error::new(source.kind(), format!("{} is no folder", file.display())),
+            None => source,
+        },
     })
 }
 
@@ -256,7 +262,7 @@ fn open(path: &Path) -> io::Result<Sink> {
     let named = temporary
         .tempfile_in(directory)
         .map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => io::Error::new(
+            io::ErrorKind::NotFound if !directory.is_dir() => io::Error::new(
                 io::ErrorKind::NotFound,
                 format!(
                     "there is no directory {}: make it first",

@@ -3,7 +3,16 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
+
 use crate::io::output::{Output, OutputError, is_stdout, make_room};
+
+/// What stands as `%20` in the value of a partition.
+const ESCAPED: &AsciiSet = &NON_ALPHANUMERIC
+    .remove(b'-')
+    .remove(b'_')
+    .remove(b'.')
+    .remove(b'~');
 
 /// Which outputs are asked for.
 #[derive(Debug, Clone, Default)]
@@ -120,7 +129,7 @@ impl Requested {
             let folder = folder.as_ref()?;
             Some(folder.join(format!("{drive}{ending}")))
         };
-        let partition = format!("log={}", escaped(drive));
+        let partition = format!("log={}", utf8_percent_encode(drive, ESCAPED));
         Self {
             recording: called(&self.recording, ".rrd"),
             features: called(&self.features, ".features.json"),
@@ -182,36 +191,8 @@ fn place(path: &Path) -> PathBuf {
 /// The name that a log has by the folder that its table of arcs is asked for in, `log=NAME`.
 pub fn partition(table: &Path) -> Option<String> {
     let folder = table.parent()?.file_name()?.to_str()?;
-    let mut parts = folder.strip_prefix("log=")?.split('%');
-    let mut name = parts.next().unwrap_or_default().as_bytes().to_vec();
-    for part in parts {
-        let byte = |hex: &str| u8::from_str_radix(hex, 16).ok();
-        match part
-            .split_at_checked(2)
-            .map(|(hex, rest)| (byte(hex), rest))
-        {
-            Some((Some(byte), rest)) => {
-                name.push(byte);
-                name.extend(rest.bytes());
-            }
-            _ => name.extend(format!("%{part}").bytes()),
-        }
-    }
-    Some(String::from_utf8_lossy(&name).into_owned())
-}
-
-/// A name as the value of a partition: what is neither letter nor digit as `%20`, which engines take back.
-fn escaped(name: &str) -> String {
-    let mut text = String::new();
-    for character in name.chars() {
-        if character.is_ascii() && !character.is_ascii_alphanumeric() && !"-_.~".contains(character)
-        {
-            text.push_str(&format!("%{:02X}", u32::from(character)));
-        } else {
-            text.push(character);
-        }
-    }
-    text
+    let name = percent_decode_str(folder.strip_prefix("log=")?);
+    Some(name.decode_utf8_lossy().into_owned())
 }
 
 fn named_after(log: &Path, extension: &str) -> PathBuf {

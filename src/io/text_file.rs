@@ -15,7 +15,13 @@ pub fn read_text(path: impl AsRef<Path>) -> io::Result<String> {
     let mut text = String::new();
     File::open(path)?
         .take(LONGEST + 1)
-        .read_to_string(&mut text)?;
+        .read_to_string(&mut text)
+        .map_err(|error| match error.kind() {
+            io::ErrorKind::InvalidData => {
+                io::Error::new(io::ErrorKind::InvalidData, "it is no text in UTF-8")
+            }
+            _ => error,
+        })?;
     if text.len() as u64 > LONGEST {
         let message = "it is longer than 16 MiB, which no such file is";
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));

@@ -19,6 +19,7 @@ use crate::core::tmam::feature::{Kind, MapFeature, Status};
 use crate::core::tmam::hearing::Hearing;
 use crate::core::tmam::map::duplicates;
 use crate::core::wording::counted as plural;
+use crate::io::config::idle::idle;
 use crate::io::log::itemised;
 use crate::observe::causes::LOOKED_AT;
 use crate::observe::viewer::VERSION;
@@ -95,7 +96,10 @@ pub fn problems(log: &Log, setting: &Setting<'_>, outcome: &Outcome) -> String {
     if let Some(lacking) = &outcome.lacking {
         let _ = writeln!(text, "note: {lacking}");
     }
-    if let Some(note) = without_effect(setting, outcome) {
+    for note in [without_effect(setting, outcome), idle(setting.config)]
+        .into_iter()
+        .flatten()
+    {
         let _ = writeln!(text, "note: {note}");
     }
     let scatter = outcome.scattering.overall();

@@ -20,7 +20,8 @@ use crate::core::log::Log;
 use crate::core::observer::Kept;
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::tool::Tool;
-use crate::io::config::file::{ConfigError, check, differences, layered};
+use crate::io::config::file::{ConfigError, changes, check, layered};
+use crate::io::config::idle::{Bearing, bearing};
 use crate::io::log::LogError;
 use crate::io::log::container::is_one_recording;
 use crate::io::log::survey::as_it_is;
@@ -29,9 +30,9 @@ use crate::observe::features;
 use crate::observe::recording::read_carried;
 use crate::observe::viewer::{self, CarriedError};
 use crate::tools::golden::{
-    Comparison, Difference, FeaturesFile, Golden, GoldenError, LabelsFile, Quality, Results,
-    SCHEMA as GOLDEN, Tolerance, ToleranceError, all_results, compare, differences_in_json,
-    headline, headlines, sections, unrecorded,
+    Comparison, Difference, FeaturesFile, Golden, GoldenError, LabelsFile, Quality, RangeSigma,
+    Results, SCHEMA as GOLDEN, Tolerance, ToleranceError, all_results, compare,
+    differences_in_json, headline, headlines, sections, unrecorded,
 };
 
 /// The name and version of the JSON format.
@@ -59,7 +60,7 @@ pub fn together(all: &[Diff]) -> String {
     let known = all.iter().filter_map(|diff| diff.found.quality);
     let (a, b): (Vec<Quality>, Vec<Quality>) = known.map(|[a, b]| (a, b)).unzip();
     match a.len() {
-        0 => String::new(),
+        0 | 1 => String::new(),
         n => {
             let [a, b] = [a, b].map(|all| Quality::of_all(&all));
             format!("all {n} together, {}\n", headline(&a, &b))
@@ -115,13 +116,33 @@ impl Diff {
                 cause.fails = false;
             }
         }
-        let configs = a
-            .configuration()
-            .ok()
-            .flatten()
-            .zip(b.configuration().ok().flatten());
-        let changed = configs.map_or_else(Vec::new, |(a, b)| differences(&a, &b));
-        found.blame(&changed, false, None);
+        let differs = found.differs();
+        let suspects = found.quality.is_some_and(|[then, now]| {
+            (then.suspects, then.explained) != (now.suspects, now.explained)
+        });
+        let bears = |change: &Changed| match change.bears {
+            Bearing::Results => true,
+            Bearing::Suspects => suspects,
+            Bearing::Nothing => false,
+        };
+        let (can, cannot): (Vec<Changed>, Vec<Changed>) =
+            changed(&a, &b).into_iter().partition(bears);
+        found.blame(&texts(&can), false, None);
+        if !differs {
+            let causes: Vec<String> = found.causes().map(|cause| cause.text.clone()).collect();
+            notes.extend(
+                causes
+                    .iter()
+                    .map(|text| format!("otherwise, but no result differs for it: {text}")),
+            );
+            found
+                .differences
+                .retain(|one| !matches!(one, Difference::Cause(_)));
+        }
+        if !cannot.is_empty() {
+            let keys = texts(&cannot).join("; ");
+            notes.push(format!("without effect under the rule that ran: {keys}"));
+        }
         Ok(Self { a, b, notes, found })
     }
 
@@ -188,6 +209,43 @@ impl Diff {
             "borderline": borderline,
         })
     }
+}
+
+/// A key that is otherwise.
+struct Changed {
+    text: String,
+    /// On either side.
+    bears: Bearing,
+}
+
+fn texts(changes: &[Changed]) -> Vec<String> {
+    changes.iter().map(|change| change.text.clone()).collect()
+}
+
+/// What is otherwise in the configurations of two sides; nothing where one records none.
+fn changed(a: &Side, b: &Side) -> Vec<Changed> {
+    let known = |side: &Side| side.configuration().ok().flatten();
+    let Some((mut one, mut other)) = known(a).zip(known(b)) else {
+        return Vec::new();
+    };
+    let noise = [a, b].map(|side| side.results.noise);
+    // What is measured is in no configuration, whatever a file says.
+    for (config, noise) in [&mut one, &mut other].into_iter().zip(noise) {
+        if matches!(noise, RangeSigma::Measured(_)) {
+            config.noise.sigma_abs = None;
+        }
+    }
+    // Where one side does not say whether it measured, there is nothing to say.
+    if noise.iter().any(RangeSigma::is_unknown) {
+        other.noise.sigma_abs = one.noise.sigma_abs;
+    }
+    let changes = changes(&one, &other).into_iter();
+    changes
+        .map(|(key, change)| Changed {
+            bears: bearing(&key, &one).max(bearing(&key, &other)),
+            text: format!("{key} {change}"),
+        })
+        .collect()
 }
 
 fn sides(

@@ -188,6 +188,13 @@ impl Explanation {
             }
         };
         let decisive = config.opinion.decisive;
+        // Angles decide by the triple, readings by the widest window.
+        let wide = if by_opinion { report.windows.len() } else { 1 };
+        let decided = sequence.get(place.saturating_sub(wide)..=place + wide);
+        let decided: Vec<Arc> = (decided.into_iter().flatten())
+            .filter_map(|given| Some(given.report?.arc))
+            .collect();
+        let circles = config.departures().circles;
         Some(Self {
             sensor: name(&arc),
             arc: Reading::new(&arc, replay.origin_ns()),
@@ -213,7 +220,8 @@ impl Explanation {
             decisive,
             runs: RunStory::all(arc.id, outcome),
             map: report.map,
-            truth: truth.map(|truth| TruthStory::new(&arc, label, three, truth)),
+            truth: truth
+                .map(|truth| TruthStory::new(&arc, label, (three, &decided), circles, truth)),
             situation,
         })
     }

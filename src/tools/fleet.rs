@@ -69,6 +69,8 @@ impl<T: Summary + Send> Fleet<T> {
         jobs: usize,
         work: impl Fn(&Drive) -> Result<T, Failure> + Sync,
     ) -> Result<Self, FleetError> {
+        // No log is replayed on two.
+        let jobs = jobs.min(drives.len());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
         let pool = pool.map_err(|source| FleetError::Threads { jobs, source })?;
         let done = || {
@@ -116,17 +118,34 @@ impl<T: Summary> Fleet<T> {
         self.0.iter().filter_map(|of| of.result.as_ref().ok())
     }
 
-    /// What a person should know of the logs: a line each, with the log's name before it.
+    /// What a person should know of the logs: a line each, with the log's name before it; what is said of all of them
+    /// once.
     pub fn problems(&self) -> String {
         let mut text = String::new();
+        let lines = |of: &'_ T| of.problems().lines().map(str::to_owned).collect::<Vec<_>>();
+        let mut of_all = self.told().map(lines);
+        let first = of_all
+            .next()
+            .filter(|_| self.told().count() > 1)
+            .unwrap_or_default();
+        let shared = of_all.fold(first, |mut shared, lines| {
+            shared.retain(|line| lines.contains(line));
+            shared
+        });
+        for line in &shared {
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "all logs: {line}");
+        }
         for of in &self.0 {
             let (name, failed) = (one_line(&of.name), of.result.as_ref().err());
-            // Writing into a string cannot fail.
             if let Some(Failure { text: why, .. }) = failed {
                 let _ = writeln!(text, "{name}: error: {why}");
             }
             let problems = of.result.as_ref().map_or("", |summary| summary.problems());
-            for line in problems.lines() {
+            for line in problems
+                .lines()
+                .filter(|line| !shared.iter().any(|of| of == line))
+            {
                 let _ = writeln!(text, "{name}: {line}");
             }
         }

@@ -118,7 +118,7 @@ fn an_output_is_called_what_it_is() {
     ] {
         let run = bench.sh(&format!("tmam {}", command.replace("{}", &log)));
         assert_eq!(run.code, 2, "{command}: {}{}", run.stdout, run.stderr);
-        assert!(run.stderr.contains("its name ends in"), "{}", run.stderr);
+        assert!(run.stderr.contains("a name that ends in"), "{}", run.stderr);
     }
     assert!(bench.files().is_empty(), "{:?}", bench.files());
 }

@@ -226,6 +226,14 @@ pub(crate) fn to_table(config: &Config) -> Table {
 
 /// What of a configuration became otherwise: `triple.gamma 10.0 -> 8.0 deg`, a key each.
 pub fn differences(then: &Config, now: &Config) -> Vec<String> {
+    let changes = changes(then, now).into_iter();
+    changes
+        .map(|(key, change)| format!("{key} {change}"))
+        .collect()
+}
+
+/// The keys that became otherwise, each with its change: `10.0 -> 8.0 deg`.
+pub fn changes(then: &Config, now: &Config) -> Vec<(String, String)> {
     let leaves = |config: &Config| {
         let mut leaves = BTreeMap::new();
         let walked = each_leaf(
@@ -253,7 +261,10 @@ pub fn differences(then: &Config, now: &Config) -> Vec<String> {
                 Some((_, Unit::Degrees)) => " deg",
                 _ => "",
             };
-            format!("{key} {} -> {}{unit}", shown(was), shown(is))
+            (
+                key.clone(),
+                format!("{} -> {}{unit}", shown(was), shown(is)),
+            )
         })
         .collect()
 }

@@ -12,6 +12,7 @@ use crate::core::log::Log;
 use crate::core::observer::Kept;
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::io::config::file::{differences, layered};
+use crate::io::config::idle::idle;
 use crate::io::log::survey::{Survey, as_it_is};
 use crate::io::log::{itemised, read};
 use crate::io::output::{Output, OutputError, write_whole};
@@ -41,6 +42,8 @@ pub struct Terms<'a> {
 #[derive(Debug, Clone)]
 pub struct Job {
     pub log: PathBuf,
+    /// What the log is called among those of the run.
+    pub name: String,
     /// By the name of the log.
     pub golden: PathBuf,
     /// One of another name that is there in its place, and was made from the same drive.
@@ -56,7 +59,7 @@ impl Job {
     /// Replays the log with the configuration of its golden file, or with that which ships, and compares.
     pub fn check(&self, terms: &Terms<'_>) -> Report {
         if let Some(artifacts) = terms.artifacts {
-            artifacts.clear(&self.log);
+            artifacts.clear(&self.name);
         }
         self.compared(terms)
             .unwrap_or_else(|error| self.report(error))
@@ -119,6 +122,7 @@ impl Job {
         });
         report.quality = quality;
         report.notes = notes(&golden, &unknown);
+        report.notes.extend(shipped.as_ref().and_then(idle));
         if let Some(renamed) = &self.renamed {
             report.golden.clone_from(renamed);
             report.notes.push(format!(
@@ -133,7 +137,7 @@ impl Job {
             let settled = settled(&golden.results, actual, &golden.tolerances);
             let new = Golden::new(config, golden.tolerances, settled);
             let replayed = (&replay, &outcome, &kept);
-            match artifacts.write(&self.log, replayed, &golden, &new, &found) {
+            match artifacts.write(&self.name, replayed, &golden, &new, &found) {
                 Ok((new, picture, recording)) => {
                     let seen = recording.clone().into_iter().chain(picture);
                     report.artifacts = seen.chain([new]).collect();
@@ -162,7 +166,7 @@ impl Job {
         };
         let kept = match artifacts {
             Some(artifacts) => by_default()
-                .and_then(|(golden, _)| artifacts.write_golden(&self.log, &golden).map(Some)),
+                .and_then(|(golden, _)| artifacts.write_golden(&self.name, &golden).map(Some)),
             None => read(&self.log, &config)
                 .map(|_| None)
                 .map_err(CheckError::from),
@@ -221,6 +225,7 @@ impl Job {
         let replay = Replay::new(&survey.log, &config)?;
         let (mut new, outcome) = self.new_golden(&config, tolerances, &survey, &replay)?;
         let mut notes = kept_beyond(layers, &config, old.is_some())?;
+        notes.extend(Some(&config).filter(|_| !layers.is_empty()).and_then(idle));
         if self.log.is_dir() {
             notes.push(format!(
                 "{} is held as one drive, whose parts are the files in it; where these are drives of their own, name \
@@ -267,7 +272,7 @@ impl Job {
             found.blame(&changed, true, Some(&old.written_by.version));
             let map = old.results.map;
             let picture = picture_of(&self.golden);
-            let drawn = draw(&picture, &self.log, (&replay, &outcome), &map, &found)?;
+            let drawn = draw(&picture, &self.name, (&replay, &outcome), &map, &found)?;
             report.artifacts.extend(drawn);
             report.compared = Some(Compared { map, found });
         }
@@ -297,8 +302,7 @@ impl Job {
 
     /// What of the requirements results do not meet, in words.
     fn missed(&self, required: &Requirements, quality: Option<Quality>) -> Vec<String> {
-        let stem = self.log.file_stem().unwrap_or_default().to_string_lossy();
-        quality.map_or_else(Vec::new, |quality| required.missed(&stem, &quality))
+        quality.map_or_else(Vec::new, |quality| required.missed(&self.name, &quality))
     }
 
     fn of_a_test(&self) -> CheckError {
@@ -412,16 +416,16 @@ impl Artifacts {
     /// When one of them cannot be written.
     fn write(
         &self,
-        log: &Path,
+        name: &str,
         (replay, outcome, kept): (&Replay<'_>, &Outcome, &Kept),
         golden: &Golden,
         new: &Golden,
         found: &Comparison,
     ) -> Result<(PathBuf, Option<PathBuf>, Option<PathBuf>), CheckError> {
-        let [_, picture, path] = artifacts_of(log, &self.directory);
+        let [_, picture, path] = artifacts_of(name, &self.directory);
         let map = &golden.results.map;
-        let picture = draw(&picture, log, (replay, outcome), map, found)?;
-        let written = self.write_golden(log, new)?;
+        let picture = draw(&picture, name, (replay, outcome), map, found)?;
+        let written = self.write_golden(name, new)?;
         if !viewer::IS_BUILT_IN {
             return Ok((written, picture, None));
         }
@@ -440,15 +444,15 @@ impl Artifacts {
     ///
     /// # Errors
     /// When it cannot be written.
-    fn write_golden(&self, log: &Path, golden: &Golden) -> Result<PathBuf, CheckError> {
-        let [path, ..] = artifacts_of(log, &self.directory);
+    fn write_golden(&self, name: &str, golden: &Golden) -> Result<PathBuf, CheckError> {
+        let [path, ..] = artifacts_of(name, &self.directory);
         write_whole(&path, &golden.render()?)?;
         Ok(path)
     }
 
     /// Takes away what an earlier run left of a log.
-    fn clear(&self, log: &Path) {
-        for path in artifacts_of(log, &self.directory) {
+    fn clear(&self, name: &str) {
+        for path in artifacts_of(name, &self.directory) {
             // What is not there need not go.
             let _ = std::fs::remove_file(path);
         }
@@ -458,7 +462,7 @@ impl Artifacts {
 /// Draws what differs from a map, where something of it is to be seen; gives back the picture, if there is one.
 fn draw(
     picture: &Path,
-    log: &Path,
+    name: &str,
     (replay, outcome): (&Replay<'_>, &Outcome),
     map: &[Feature],
     found: &Comparison,
@@ -470,15 +474,23 @@ fn draw(
         let _ = std::fs::remove_file(picture);
         return Ok(None);
     }
-    let name = log.file_name().unwrap_or(log.as_os_str()).to_string_lossy();
     let quality = found.quality.map(|[then, now]| headline(&then, &now));
     let (trend, numbers) = quality
         .as_deref()
         .and_then(|text| text.split_once(": "))
         .unzip();
-    let title = [Some(name.as_ref()), trend].into_iter().flatten();
+    let title = [Some(name), trend].into_iter().flatten();
     let title = inert_line(&title.collect::<Vec<_>>().join(": "));
-    let words = [title.as_ref(), numbers.unwrap_or_default()];
+    let cause = found
+        .causes()
+        .next()
+        .map(|cause| format!("cause: {}", cause.text));
+    // What is unchanged besides has no room here.
+    let cause = cause
+        .as_deref()
+        .and_then(|text| text.split(" (unchanged").next());
+    let cause = inert_line(cause.unwrap_or_default());
+    let words = [title.as_ref(), numbers.unwrap_or_default(), cause.as_ref()];
     let path = replay.path(outcome).into_iter();
     let path: Vec<Vec2> = path.map(|(_, pose)| pose.position()).collect();
     let svg = change::draw(words, &path, &over, farthest(found), &arcs);
@@ -493,11 +505,7 @@ pub fn picture_of(golden: &Path) -> PathBuf {
 }
 
 /// The files that may be kept of a log: the golden file that it would get, the picture, and the recording.
-pub fn artifacts_of(log: &Path, directory: &Path) -> [PathBuf; 3] {
-    let stem = log.file_stem().unwrap_or(log.as_os_str());
-    [".golden.json.new", ".check.svg", ".check.rrd"].map(|extension| {
-        let mut name = stem.to_owned();
-        name.push(extension);
-        directory.join(name)
-    })
+pub fn artifacts_of(name: &str, directory: &Path) -> [PathBuf; 3] {
+    [".golden.json.new", ".check.svg", ".check.rrd"]
+        .map(|extension| directory.join(format!("{name}{extension}")))
 }

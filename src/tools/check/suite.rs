@@ -8,8 +8,10 @@ use super::job::{Artifacts, Job, Terms, artifacts_of, picture_of};
 use super::renamed::renamed;
 use super::report::{CheckError, Report};
 use super::require::Requirements;
+use crate::io::drives::drives;
 use crate::io::output::OutputError;
 use crate::io::outputs::{OutputsError, refuse_collisions};
+use crate::io::text_file::read_text;
 use crate::tools::golden::{Tolerance, is_set};
 
 /// What is to be checked, and how.
@@ -55,12 +57,13 @@ impl Options {
         summary: Option<&Path>,
         json: bool,
     ) -> Result<(), OutputsError> {
-        // Two logs with one golden file are refused elsewhere, with better words.
-        let golden = self.logs.iter().map(|log| golden_file(&self.golden, log));
+        // A log that is given twice is refused elsewhere, with better words.
+        let names = names(&self.logs, &self.golden);
+        let golden = names.iter().map(|name| golden_file(&self.golden, name));
         let artifacts = self.artifacts.iter();
-        let kept = artifacts.flat_map(|to| self.logs.iter().flat_map(|log| artifacts_of(log, to)));
-        let pictures = self.logs.iter().filter(|_| self.bless);
-        let pictures = pictures.map(|log| picture_of(&golden_file(&self.golden, log)));
+        let kept = artifacts.flat_map(|to| names.iter().flat_map(|name| artifacts_of(name, to)));
+        let pictures = names.iter().filter(|_| self.bless);
+        let pictures = pictures.map(|name| picture_of(&golden_file(&self.golden, name)));
         let written: BTreeSet<PathBuf> = golden.chain(kept).chain(pictures).collect();
         let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
         let outputs = written.iter().map(|path| Some(path.as_path()));
@@ -107,9 +110,10 @@ impl Suite {
                 path: options.golden,
             });
         }
+        let names = names(&options.logs, &options.golden);
         let mut logs = BTreeMap::<PathBuf, PathBuf>::new();
-        for log in &options.logs {
-            let golden = golden_file(&options.golden, log);
+        for (log, name) in options.logs.iter().zip(&names) {
+            let golden = golden_file(&options.golden, name);
             let (one, other) = (logs.insert(golden.clone(), log.clone()), log.clone());
             match one {
                 None => {}
@@ -119,8 +123,9 @@ impl Suite {
                 Some(one) => return Err(CheckError::SameGolden { one, other, golden }),
             }
         }
+        let named: BTreeMap<&PathBuf, &String> = options.logs.iter().zip(&names).collect();
         let is_there = |log: &&str| {
-            let golden = golden_file(&options.golden, Path::new(&format!("{log}.mcap")));
+            let golden = golden_file(&options.golden, log);
             logs.contains_key(&golden) || golden.exists()
         };
         if let Some(name) = required.logs().find(|log| !is_there(log)) {
@@ -136,10 +141,13 @@ impl Suite {
         let notes = if tells { unused(left) } else { Vec::new() };
         let jobs = logs.into_iter().map(|(golden, log)| Job {
             renamed: renamed.remove(&golden),
+            name: named
+                .get(&log)
+                .map_or_else(String::new, |name| (*name).clone()),
             log,
             golden,
         });
-        let jobs = match partition {
+        let jobs: Vec<Job> = match partition {
             Some(partition) => partition.of(jobs).collect(),
             None => jobs.collect(),
         };
@@ -190,7 +198,7 @@ impl Suite {
 }
 
 fn required(path: &Path) -> Result<Requirements, CheckError> {
-    let text = std::fs::read_to_string(path).map_err(|source| CheckError::ReadSuite {
+    let text = read_text(path).map_err(|source| CheckError::ReadSuite {
         path: path.to_owned(),
         source,
     })?;
@@ -207,11 +215,47 @@ fn same_file(one: &Path, other: &Path) -> bool {
     }
 }
 
-/// `DIR/drive.golden.json` for `drive.mcap`.
-fn golden_file(directory: &Path, log: &Path) -> PathBuf {
-    let mut name = log.file_stem().unwrap_or(log.as_os_str()).to_owned();
-    name.push(".golden.json");
-    directory.join(name)
+/// What logs are called: as their files, without the ending, with the folders before that where several are. One that
+/// has no golden file by that name has the one by a name with more folders, as of a suite that is larger.
+fn names(logs: &[PathBuf], golden: &Path) -> Vec<String> {
+    let stem = |log: &Path| {
+        log.file_stem()
+            .unwrap_or(log.as_os_str())
+            .to_string_lossy()
+            .into_owned()
+    };
+    let mut called = BTreeMap::<String, u32>::new();
+    for log in logs {
+        *called.entry(stem(log)).or_default() += 1;
+    }
+    let apart = drives(logs.to_vec()).into_iter();
+    let apart: BTreeMap<PathBuf, String> = apart.map(|drive| (drive.path, drive.name)).collect();
+    let name = |log: &PathBuf| {
+        let stem = stem(log);
+        let is_shared = called.get(&stem).is_some_and(|logs| *logs > 1);
+        let apart = apart.get(log).filter(|_| is_shared);
+        let name = apart.unwrap_or(&stem).clone();
+        let place = std::path::absolute(log).unwrap_or_else(|_| log.clone());
+        let mut longer = stem;
+        let longer = place
+            .ancestors()
+            .skip(1)
+            .filter_map(Path::file_name)
+            .map(|folder| {
+                longer = format!("{}_{longer}", folder.to_string_lossy());
+                longer.clone()
+            });
+        let longer = longer.filter(|longer| longer.len() > name.len());
+        let mut all = std::iter::once(name.clone()).chain(longer);
+        all.find(|name| golden_file(golden, name).exists())
+            .unwrap_or(name)
+    };
+    logs.iter().map(name).collect()
+}
+
+/// `DIR/drive.golden.json` for the log that is called `drive`.
+fn golden_file(directory: &Path, name: &str) -> PathBuf {
+    directory.join(format!("{name}.golden.json"))
 }
 
 fn make(directory: &Path) -> Result<(), OutputError> {
@@ -281,6 +325,25 @@ impl Partition {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn logs_of_one_name_are_called_by_their_folders() {
+        let golden = tempfile::tempdir().unwrap();
+        let called = |logs: &[&str]| {
+            let logs: Vec<PathBuf> = logs.iter().map(PathBuf::from).collect();
+            names(&logs, golden.path())
+        };
+        assert_eq!(called(&["r1/drive.mcap", "hall.mcap"]), ["drive", "hall"]);
+        let two = called(&["r1/drive.mcap", "r2/drive.mcap"]);
+        assert_eq!(two, ["r1_drive", "r2_drive"]);
+        std::fs::write(golden_file(golden.path(), "r1_drive"), "").unwrap();
+        assert_eq!(
+            called(&["r1/drive.mcap"]),
+            ["r1_drive"],
+            "by itself as in the suite"
+        );
+        assert_eq!(called(&["r2/drive.mcap"]), ["drive"]);
+    }
 
     #[test]
     fn the_parts_make_the_whole_and_share_nothing() {

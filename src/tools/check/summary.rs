@@ -31,8 +31,17 @@ pub fn refused(why: &str) -> String {
     text
 }
 
-const HEAD: &str = "| log | verdict | it got | walls | points | labelled arcs | suspects | explained | wrong labels | differences |\n\
-                    |---|---|---|--:|--:|--:|--:|--:|--:|--:|\n";
+/// What the table says of how good a log's results are: as [`Quality::columns`], after whether they got better.
+const HEADS: [&str; 8] = [
+    "it got",
+    "walls",
+    "points",
+    "circles",
+    "labelled arcs",
+    "suspects",
+    "explained",
+    "wrong labels",
+];
 
 const TITLE: &str = "## Sonar maps against golden files\n\n";
 
@@ -48,8 +57,15 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
     for note in notes {
         block(&mut text, &format!("note: {note}"));
     }
+    let has_circles = |both: &(Option<Quality>, Quality)| {
+        both.1.circles.is_some() || both.0.is_some_and(|then| then.circles.is_some())
+    };
+    let circles = reports
+        .iter()
+        .filter_map(quality)
+        .any(|both| has_circles(&both));
     if !reports.is_empty() {
-        text.push_str(HEAD);
+        text.push_str(&head(circles));
     }
     let known: Vec<(Option<Quality>, Quality)> = reports.iter().filter_map(quality).collect();
     if known.len() > 1 {
@@ -59,7 +75,12 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
         let is_old = known.iter().any(|(then, _)| then.is_some());
         let then_all = is_old.then(|| Quality::of_all(&then));
         let all = (then_all, Quality::of_all(&now));
-        let _ = writeln!(text, "| **all {}** | | {} | |", then.len(), columns(&all));
+        let _ = writeln!(
+            text,
+            "| **all {}** | | {} | |",
+            then.len(),
+            columns(&all, circles)
+        );
     }
     // Those that need somebody's eye come first where not all have room.
     let mut in_order: Vec<&Report> = reports.iter().collect();
@@ -76,7 +97,7 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
         });
         left_out.count()
     };
-    let rows = (add(&row), "rows of the table");
+    let rows = (add(&|report| row(report, circles)), "rows of the table");
     let details = (add(&|report| details(report, strict)), "logs' differences");
     for (count, what) in [rows, details].into_iter().filter(|(count, _)| *count > 0) {
         let _ = writeln!(
@@ -87,14 +108,31 @@ fn within(most: usize, reports: &[Report], notes: &[String], strict: bool) -> St
     text
 }
 
-fn row(report: &Report) -> String {
+/// The head of the table, with circles or without.
+fn head(circles: bool) -> String {
+    let heads = HEADS
+        .into_iter()
+        .filter(|head| circles || *head != "circles");
+    let heads: Vec<&str> = heads.collect();
+    let lines = "|--:".repeat(heads.len());
+    format!(
+        "| log | verdict | {} | differences |\n|---|---{}|--:|\n",
+        heads.join(" | "),
+        lines.replacen("|--:", "|---", 1)
+    )
+}
+
+fn row(report: &Report, circles: bool) -> String {
     let found = report.compared.as_ref().map(|compared| &compared.found);
     let differ = found.map(|found| found.differences.iter().filter(|one| one.fails(false)));
     format!(
         "| {} | {} | {} | {} |\n",
         code(&report.log.display().to_string()),
         result(report),
-        quality(report).map_or_else(|| ["-"; 7].join(" | "), |both| columns(&both)),
+        quality(report).map_or_else(
+            || vec!["-"; HEADS.len() - usize::from(!circles)].join(" | "),
+            |both| columns(&both, circles)
+        ),
         differ.map_or_else(|| "-".to_owned(), |differ| differ.count().to_string()),
     )
 }
@@ -108,13 +146,14 @@ fn quality(report: &Report) -> Option<(Option<Quality>, Quality)> {
 }
 
 /// Whether it got better, and its numbers, then and now.
-fn columns((then, now): &(Option<Quality>, Quality)) -> String {
+fn columns((then, now): &(Option<Quality>, Quality), circles: bool) -> String {
     let trend = then.map_or("new", |then| now.trend(&then).name());
     let numbers = then.unwrap_or(*now).columns().into_iter();
     let numbers = numbers.zip(now.columns());
     let numbers = numbers.map(|(then, now)| from_to(&then, &now).replace("->", "→"));
-    let trend = std::iter::once(trend.to_owned());
-    trend.chain(numbers).collect::<Vec<_>>().join(" | ")
+    let cells = std::iter::once(trend.to_owned()).chain(numbers).zip(HEADS);
+    let cells = cells.filter(|(_, head)| circles || *head != "circles");
+    cells.map(|(cell, _)| cell).collect::<Vec<_>>().join(" | ")
 }
 
 fn needs_a_look(report: &Report) -> bool {

@@ -100,11 +100,14 @@ pub struct Class {
 /// Wrong labels by what their triples saw.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Wrong {
-    /// The arc and its neighbours came from one target: the noise misled the rule.
+    /// The arc and its neighbours came from one wall or point.
     pub one_target: u64,
     /// They came from different ones, or not from the world: a triple across a change of target,
     /// or an arc of something unknown.
     pub mixed: u64,
+    /// The arc came from a pillar, which a wall or a point was seen in; in files where there are any.
+    #[serde(skip_serializing_if = "is_none")]
+    pub pillar: u64,
 }
 
 /// How the reason `oblique` did: right on an arc of a rough wall, beside the foot of the perpendicular.
@@ -185,10 +188,9 @@ impl LabelScore {
         let oblique = &mut score.oblique;
         oblique.precision = share(oblique.right, oblique.arcs);
         oblique.recall = share(oblique.right, rough.unwrap_or_default());
-        let right = contact.line + intersection.point + circle.circle;
-        let of_things = |by: ByTarget| by.total() - by.other;
+        let of_things = |by: ByTarget| by.line + by.point;
         let known = [contact, intersection, circle].map(of_things).iter().sum();
-        let confused = known - right;
+        let confused = known - contact.line - intersection.point;
         score.wrong_share_known = share(confused, known);
         score
     }
@@ -216,10 +218,12 @@ impl LabelScore {
                 }
             }
         }
-        match (arc.is_right(), arc.one_target) {
-            (Some(false), true) => self.wrong.one_target += 1,
-            (Some(false), false) => self.wrong.mixed += 1,
-            _ => {}
+        if arc.is_right() == Some(false) {
+            *match (arc.target, arc.one_target) {
+                (Target::Reflector(Reflector::Circle(_)), _) => &mut self.wrong.pillar,
+                (_, true) => &mut self.wrong.one_target,
+                (_, false) => &mut self.wrong.mixed,
+            } += 1;
         }
     }
 
@@ -245,7 +249,7 @@ impl LabelScore {
 
     /// Wrong ones among them.
     pub fn wrong_labels(&self) -> u64 {
-        self.wrong.one_target + self.wrong.mixed
+        self.wrong.one_target + self.wrong.mixed + self.wrong.pillar
     }
 }
 
@@ -256,6 +260,7 @@ pub(super) mod testing {
 
     pub const LINE: Target = Target::Reflector(Reflector::Line(0));
     pub const POINT: Target = Target::Reflector(Reflector::Point(0));
+    pub const PILLAR: Target = Target::Reflector(Reflector::Circle(0));
 
     /// An arc with a label, which came from something and is doubted so much.
     pub fn scored(label: Label, target: Target, doubt: f64) -> ScoredArc {
@@ -275,7 +280,7 @@ pub(super) mod testing {
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{LINE, POINT, scored};
+    use super::testing::{LINE, PILLAR, POINT, scored};
     use super::*;
 
     #[test]
@@ -311,6 +316,19 @@ mod tests {
         assert_eq!(score.reasons.get("wide").map(ByTarget::total), Some(7));
         assert_eq!(score.other.get("outlier"), Some(&2));
         assert_eq!(score.other.get("nothing"), Some(&0));
+    }
+
+    #[test]
+    fn a_label_on_a_pillar_is_none_of_a_wall_or_point() {
+        let arcs = [
+            scored(Label::Contact, LINE, 0.0),
+            scored(Label::Contact, PILLAR, 0.0),
+            scored(Label::Intersection, PILLAR, 0.0),
+        ];
+        let score = LabelScore::new(&arcs);
+        assert_eq!(score.wrong_share, Some(2.0 / 3.0));
+        assert_eq!(score.wrong_share_known, Some(0.0));
+        assert_eq!((score.wrong.one_target, score.wrong.pillar), (0, 2));
     }
 
     #[test]

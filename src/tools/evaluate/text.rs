@@ -111,6 +111,13 @@ fn labels(score: &LabelScore) -> String {
         score.wrong.one_target,
         score.wrong.mixed,
     );
+    if score.wrong.pillar > 0 {
+        let _ = writeln!(
+            text,
+            "  and {} where a pillar echoed, which is neither wall nor point",
+            score.wrong.pillar
+        );
+    }
     let other = score.other.iter().filter(|(_, count)| **count > 0);
     let other: Vec<String> = other.map(|(why, count)| format!("{count} {why}")).collect();
     if !other.is_empty() {

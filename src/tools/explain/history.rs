@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::triple::place;
-use crate::core::geometry::Vec2;
+use crate::core::geometry::{Vec2, angle_between, direction};
 use crate::core::replay::Outcome;
 use crate::core::rounding::{number, optional, rounded};
 use crate::core::tmam::arc::{Arc, ArcId};
@@ -17,7 +17,10 @@ use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::step::Extraction;
 use crate::core::wording::counted;
 use crate::core::world::Reflector;
-use crate::tools::evaluate::truth::{Origin, Other, Target, Truth};
+use crate::tools::evaluate::truth::{AGREEING_SIGMAS, Origin, Other, Target, Truth};
+
+/// What lies beside a beam by less is in it, radians: poses and mounts are no better known.
+const BESIDE: f64 = 0.01;
 
 /// A run that an arc stands behind, and the feature it gave.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -338,6 +341,76 @@ pub struct TruthStory {
     pub after: Option<Echoed>,
     /// Whether the label is right; `None` for an arc without one.
     pub right: Option<bool>,
+    /// The readings that decided.
+    pub readings: usize,
+    /// Those of them that came from what the arc came from.
+    pub of_its_target: usize,
+    /// Where these have that target, at the poses and mounts of the replay, against where it is.
+    pub offset: Option<Offset>,
+    /// Whether a pillar could have had a label of its own.
+    #[serde(skip)]
+    knows_pillars: bool,
+}
+
+/// How far a target is from where readings have it, at the poses and mounts of a replay.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Offset {
+    /// What a range is off most, metres.
+    #[serde(serialize_with = "number")]
+    pub range: f64,
+    /// What one is off most in standard deviations.
+    #[serde(serialize_with = "number")]
+    pub sigmas: f64,
+    /// How far the target is outside of a beam at most, radians.
+    #[serde(serialize_with = "number")]
+    pub beside_beam: f64,
+}
+
+impl Offset {
+    fn new(arcs: &[Arc], target: Target, truth: &Truth) -> Option<Self> {
+        let Target::Reflector(reflector) = target else {
+            return None;
+        };
+        let mut most = Self::default();
+        for arc in arcs {
+            let pose = arc.world_from_sensor;
+            let to = truth.world().place_of(reflector, pose.position())? - pose.position();
+            let off = (arc.range - to.norm()).abs();
+            let off_axis = angle_between(direction(to), pose.yaw);
+            most.range = most.range.max(off);
+            most.sigmas = most
+                .sigmas
+                .max(off / arc.variance.max(f64::MIN_POSITIVE).sqrt());
+            most.beside_beam = most.beside_beam.max(off_axis - arc.beam_width / 2.0);
+        }
+        Some(most)
+    }
+
+    /// What is off besides the ranges, or that it is these alone.
+    fn text(&self) -> String {
+        let mut off = Vec::new();
+        if self.sigmas > AGREEING_SIGMAS {
+            let millimetres = self.range * 1e3;
+            off.push(format!(
+                "ranges up to {millimetres:.0} mm ({:.0} sigma) off it",
+                self.sigmas
+            ));
+        }
+        if self.beside_beam > BESIDE {
+            let degrees = self.beside_beam.to_degrees();
+            off.push(format!("it up to {degrees:.1} deg outside of the beam"));
+        }
+        match off.is_empty() {
+            true => {
+                "  that is within the noise of where it is: the noise misled the rule\n".to_owned()
+            }
+            false => format!(
+                "  at the poses and mounts of this replay that has {}:\n  a pose, a mount, a clock or a scale \
+                 is off, or the noise is taken for too small\n",
+                off.join(" and ")
+            ),
+        }
+    }
 }
 
 /// What echoed at an arc.
@@ -412,15 +485,30 @@ impl Echoed {
 }
 
 impl TruthStory {
-    /// The truth about an arc with a label, and about the three that it is in the middle of.
-    pub fn new(arc: &Arc, label: Label, three: Option<&[Arc; 3]>, truth: &Truth) -> Self {
+    /// The truth about an arc with a label, about the three that it is in the middle of, and about the readings that
+    /// decided. `knows_pillars`: circles are among the labels.
+    pub fn new(
+        arc: &Arc,
+        label: Label,
+        (three, decided): (Option<&[Arc; 3]>, &[Arc]),
+        knows_pillars: bool,
+        truth: &Truth,
+    ) -> Self {
         let echoed = Echoed::new(arc, truth);
+        let own = decided
+            .iter()
+            .filter(|arc| truth.target(arc) == echoed.target);
+        let own: Vec<Arc> = own.copied().collect();
         Self {
             from: truth.origin(),
             echoed,
             before: three.map(|[before, ..]| Echoed::new(before, truth)),
             after: three.map(|[.., after]| Echoed::new(after, truth)),
             right: label.kind().map(|kind| kind.name() == echoed.what),
+            readings: decided.len(),
+            of_its_target: own.len(),
+            offset: Offset::new(&own, echoed.target, truth),
+            knows_pillars,
         }
     }
 
@@ -430,25 +518,40 @@ impl TruthStory {
             Origin::EchoModel => "by the echo model",
         };
         let mut text = format!("  this arc came from {} ({source})\n", self.echoed.text());
-        let beside = self.before.zip(self.after);
-        if let Some((before, after)) = beside {
+        if let Some((before, after)) = self.before.zip(self.after) {
             let _ = writeln!(text, "  the one before from {}", before.text());
             let _ = writeln!(text, "  the one after from {}", after.text());
         }
-        let one_target = beside.map(|(before, after)| {
-            before.target == self.echoed.target && after.target == self.echoed.target
-        });
-        text.push_str(match (self.right, one_target) {
-            (Some(true), _) => "  so the label is right\n",
-            (Some(false), Some(true)) => {
-                "  so the label is WRONG: all three saw one target, the noise misled the rule\n"
+        match self.right {
+            Some(true) => text.push_str("  so the label is right\n"),
+            Some(false) => text.push_str(&self.why_wrong()),
+            None => text.push_str("  it has no label to be right or wrong\n"),
+        }
+        text
+    }
+
+    /// That the label is wrong, and what is known of the reason.
+    fn why_wrong(&self) -> String {
+        let (all, own) = (self.readings, self.of_its_target);
+        let saw = match (self.echoed.target, all - own) {
+            (Target::Other(_), _) => "no wall or corner echoed".to_owned(),
+            (_, 0) => format!("all {all} readings that decided saw this one target"),
+            (_, others) => {
+                format!("of the {all} readings that decided {others} saw something else")
             }
-            (Some(false), Some(false)) => {
-                "  so the label is WRONG: the three saw different targets\n"
+        };
+        let mut text = format!("  so the label is WRONG: {saw}\n");
+        match (self.echoed.target, self.offset) {
+            (Target::Reflector(Reflector::Circle(_)), _) if !self.knows_pillars => {
+                text.push_str("  a pillar has no label of its own: noise_aware.circles = true looks for them\n");
             }
-            (Some(false), None) => "  so the label is WRONG\n",
-            (None, _) => "  it has no label to be right or wrong\n",
-        });
+            (Target::Reflector(Reflector::Line(_) | Reflector::Point(_)), Some(offset))
+                if own == all =>
+            {
+                text.push_str(&offset.text());
+            }
+            _ => {}
+        }
         text
     }
 }

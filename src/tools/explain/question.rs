@@ -251,7 +251,7 @@ pub enum QuestionError {
     },
     /// The log does not last that long.
     #[error(
-        "--time {asked:.3} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
+        "--time {asked} s is outside the replay, which lasts from {from:.3} s to {to:.3} s after the \
          log's first reading"
     )]
     OutsideTime {

@@ -1,13 +1,17 @@
 //! What is otherwise about a log, named and measured: the cause of all that differs after it.
 
+mod late_part;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
 use super::profile::{LogInfo, OdometryProfile, SonarProfile, Stamps};
+use super::results::Labels;
 use crate::core::geometry::wrap_angle;
 use crate::core::rounding::fixed;
 use crate::core::wording::{counted, few};
+use late_part::LatePart;
 
 /// One thing that is otherwise than it was.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -33,8 +37,9 @@ struct Pair<'a> {
     now: &'a SonarProfile,
 }
 
-/// What is otherwise about a log, what brings about the rest first.
-pub fn causes(then: &LogInfo, now: &LogInfo) -> Vec<Cause> {
+/// What is otherwise about a log, what brings about the rest first. `labels`, where there are any on both sides, tell
+/// in which part of it arcs are later.
+pub fn causes(then: &LogInfo, now: &LogInfo, labels: Option<[&Labels; 2]>) -> Vec<Cause> {
     let (Some(before), Some(after)) = (&then.sonars, &now.sonars) else {
         let is_same = then.events_sha256 == now.events_sha256;
         let digits = |info: &LogInfo| info.events_sha256.chars().take(12).collect::<String>();
@@ -56,11 +61,16 @@ pub fn causes(then: &LogInfo, now: &LogInfo) -> Vec<Cause> {
         })
         .collect();
     let odometry = then.odometry.as_ref().zip(now.odometry.as_ref());
+    let restamped = (pairs.iter()).map(|pair| (pair.name, &pair.then.stamps, &pair.now.stamps));
+    let restamped: Vec<_> = restamped
+        .filter(|(_, then, now)| is_uneven(then, now))
+        .collect();
+    let late_part = labels.and_then(|both| LatePart::of(&restamped, both, then.origin_ns()?));
     let parts = [
         ("sonars", come_and_gone(before, after)),
         ("mounts", grouped(&pairs, "mount", mount)),
         ("beams", grouped(&pairs, "beam", beam)),
-        ("stamps", stamps(&pairs, odometry)),
+        ("stamps", stamps(&pairs, odometry, late_part.as_ref())),
         ("readings", lost(&pairs)),
         ("ranges", ranges(&pairs)),
         (
@@ -105,6 +115,11 @@ pub fn delays(then: &LogInfo, now: &LogInfo) -> BTreeMap<String, i64> {
         is_same.then(|| (name.clone(), later(&then.stamps, &now.stamps)))
     };
     then.iter().filter_map(delay).collect()
+}
+
+/// Whether there are as many as there were, at other distances.
+fn is_uneven(then: &Stamps, now: &Stamps) -> bool {
+    then.count == now.count && then.digest != now.digest
 }
 
 fn later(then: &Stamps, now: &Stamps) -> i64 {
@@ -241,6 +256,7 @@ fn changed(
 fn stamps(
     pairs: &[Pair<'_>],
     odometry: Option<(&OdometryProfile, &OdometryProfile)>,
+    late_part: Option<&LatePart>,
 ) -> Option<String> {
     /// What lasts as long as before was not stretched, seconds.
     const LASTS: f64 = 1e-3;
@@ -291,7 +307,18 @@ fn stamps(
         then.count == now.count && then.lasts > 0.0 && (now.lasts - then.lasts).abs() > LASTS
     });
     let stretched: Vec<&Pair<'_>> = stretched.collect();
-    if let Some(pair) = stretched.first() {
+    if let Some(part) = late_part {
+        let [from, to] = part.seconds.map(|seconds| fixed(seconds, 1));
+        let who = match part.sonars.len() {
+            n if n == pairs.len() && n > 1 => "ranges are".to_owned(),
+            1 => format!("{} is", few(&part.sonars)),
+            _ => format!("{} are", few(&part.sonars)),
+        };
+        said.push(format!(
+            "{who} {} from {from} to {to} s, and else as before",
+            late(part.delay_ns)
+        ));
+    } else if let Some(pair) = stretched.first() {
         let (then, now) = (pair.then.stamps.lasts, pair.now.stamps.lasts);
         let share = (now / then - 1.0) * 100.0;
         let of = match stretched.len() {
@@ -302,8 +329,6 @@ fn stamps(
             "{of} runs otherwise: {then:.3} -> {now:.3} s from first to last ({share:+.3} %)"
         ));
     }
-    let is_uneven =
-        |then: &Stamps, now: &Stamps| then.count == now.count && then.digest != now.digest;
     if said.is_empty() {
         let uneven = pairs
             .iter()

@@ -41,7 +41,11 @@ pub fn results(setting: &Setting<'_>, outcome: &Outcome) -> Results {
     let extracted = outcome.extractions.iter();
     let extracted = extracted.map(|one| timed(self::extracted(one, setting.sonars)));
     Results {
-        quality: Some(Quality::of(outcome, confirmed)),
+        quality: Some(Quality::of(
+            outcome,
+            confirmed,
+            setting.config.departures().circles,
+        )),
         map,
         extracted: extracted.collect(),
         labels: Some(labels(setting.sonars, outcome)),

@@ -27,7 +27,10 @@ use ChangeUnit::{Count, Metres, Radians, Relative};
 /// labels by sonar and stamp, where both sides have labels. The gravest differences of each kind come first.
 pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Comparison {
     let logs = golden.log.as_ref().zip(actual.log.as_ref());
-    let causes = logs.map_or_else(Vec::new, |(then, now)| causes(then, now));
+    let labels = golden.labels.as_ref().zip(actual.labels.as_ref());
+    let causes = logs.map_or_else(Vec::new, |(then, now)| {
+        causes(then, now, labels.map(|(then, now)| [then, now]))
+    });
     let mut differences: Vec<Difference> = causes.into_iter().map(Difference::Cause).collect();
     let noise = noise(golden.noise, actual.noise, tolerance);
     differences.extend(noise.map(|change| Difference::Noise { changes: [change] }));
@@ -44,7 +47,6 @@ pub fn compare(golden: &Results, actual: &Results, tolerance: &Tolerance) -> Com
     differences.extend(features(&golden.map, &actual.map).map(Difference::Map));
     let extracted = features(&golden.extracted, &actual.extracted);
     differences.extend(extracted.map(Difference::Extracted));
-    let labels = golden.labels.as_ref().zip(actual.labels.as_ref());
     if let Some((golden, actual)) = labels {
         let delays = logs.map_or_else(BTreeMap::new, |(then, now)| delays(then, now));
         let origin = logs.and_then(|(_, now)| now.origin_ns());

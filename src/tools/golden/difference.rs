@@ -420,6 +420,13 @@ impl Comparison {
         !self.differences.iter().any(|one| one.fails(strict))
     }
 
+    /// Whether results differ, borderline labels and numbers of quality included; a cause is no result.
+    pub fn differs(&self) -> bool {
+        let is_result = |one: &Difference| !matches!(one, Difference::Cause(_));
+        self.differences.iter().any(is_result)
+            || self.quality.is_some_and(|[then, now]| then != now)
+    }
+
     /// What is otherwise about log and configuration, what brings about the rest first.
     pub fn causes(&self) -> impl Iterator<Item = &Cause> {
         self.differences.iter().filter_map(|one| match one {

@@ -78,6 +78,19 @@ pub struct Stamps {
     pub lasts: f64,
     /// Of the steps from one to the next.
     pub digest: String,
+    /// Every one, in no file: there where the log itself is at hand.
+    #[serde(skip)]
+    pub all: AtHand,
+}
+
+/// What is known beyond a file, and so nothing that two files differ in.
+#[derive(Debug, Clone, Default)]
+pub struct AtHand(pub Vec<i64>);
+
+impl PartialEq for AtHand {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl LogInfo {
@@ -164,14 +177,19 @@ impl SonarProfile {
 }
 
 impl Stamps {
-    fn of(stamps: impl Iterator<Item = i64> + Clone) -> Self {
+    pub(super) fn of(stamps: impl Iterator<Item = i64> + Clone) -> Self {
         let (first_ns, last) = (stamps.clone().next(), stamps.clone().last());
         let first_ns = first_ns.unwrap_or_default();
         Self {
             count: stamps.clone().count() as u64,
             first_ns,
             lasts: micro(seconds(first_ns, last.unwrap_or(first_ns))),
-            digest: digest(stamps.map(|at| at.wrapping_sub(first_ns).to_le_bytes())),
+            digest: digest(
+                stamps
+                    .clone()
+                    .map(|at| at.wrapping_sub(first_ns).to_le_bytes()),
+            ),
+            all: AtHand(stamps.collect()),
         }
     }
 }

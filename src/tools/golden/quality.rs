@@ -15,7 +15,7 @@ pub struct Quality {
     pub walls: u64,
     /// Confirmed points of the map.
     pub points: u64,
-    /// Confirmed circles of the map, where it has any.
+    /// Confirmed circles of the map, where it has any or they were looked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub circles: Option<u64>,
     pub arcs: u64,
@@ -64,15 +64,16 @@ impl Quality {
     /// The measures that are shares, from 0 to 1.
     pub const SHARES: [&'static str; 2] = ["explained", "wrong_labels"];
 
-    /// Of a replay whose map has so many confirmed lines, points and circles; nothing is known of the truth.
-    pub fn of(outcome: &Outcome, [walls, points, circles]: [u64; 3]) -> Self {
+    /// Of a replay whose map has so many confirmed lines, points and circles, where these are `sought`; nothing is
+    /// known of the truth.
+    pub fn of(outcome: &Outcome, [walls, points, circles]: [u64; 3], sought: bool) -> Self {
         let bits = Bits::of(outcome);
         let labelled = outcome.reports.iter();
         let labelled = labelled.filter(|report| report.label.kind().is_some());
         Self {
             walls,
             points,
-            circles: (circles > 0).then_some(circles),
+            circles: (sought || circles > 0).then_some(circles),
             arcs: outcome.reports.len() as u64,
             labelled: labelled.count() as u64,
             suspects: outcome.suspects,
@@ -157,14 +158,15 @@ impl Quality {
         ]
     }
 
-    /// As columns of a table: walls, points, labels, suspects, explained; and wrong labels.
-    pub fn columns(&self) -> [String; 6] {
+    /// As columns of a table: walls, points, circles, labels, suspects, explained; and wrong labels.
+    pub fn columns(&self) -> [String; 7] {
         let none = || "-".to_owned();
         let percent =
             |share: Option<f64>| share.map_or_else(none, |share| format!("{:.1} %", share * 100.0));
         [
             self.walls.to_string(),
             self.points.to_string(),
+            self.circles.map_or_else(none, |count| count.to_string()),
             format!("{} of {}", self.labelled, self.arcs),
             self.suspects.map_or_else(none, |count| count.to_string()),
             percent(self.explained),
@@ -183,7 +185,7 @@ pub fn from_to(then: &str, now: &str) -> String {
 
 /// How good a result was and is, in a line.
 pub fn headline(then: &Quality, now: &Quality) -> String {
-    let [walls, points, labels, suspects, explained, wrong] = {
+    let [walls, points, circles, labels, suspects, explained, wrong] = {
         let (then, now) = (then.columns(), now.columns());
         std::array::from_fn(|place| match (then.get(place), now.get(place)) {
             (Some(then), Some(now)) => from_to(then, now),
@@ -194,8 +196,12 @@ pub fn headline(then: &Quality, now: &Quality) -> String {
         (None, None) => String::new(),
         _ => format!(", wrong labels {wrong}"),
     };
+    let circles = match (then.circles, now.circles) {
+        (None, None) => String::new(),
+        _ => format!(", circles {circles}"),
+    };
     format!(
-        "{}: explained {explained}, labelled {labels} arcs, suspects {suspects}{wrong}, walls {walls}, points {points}",
+        "{}: explained {explained}, labelled {labels} arcs, suspects {suspects}{wrong}, walls {walls}, points {points}{circles}",
         now.trend(then).name()
     )
 }

@@ -17,14 +17,14 @@ line{stroke-linecap:round}.path{stroke:#b8d8c6}.as{stroke:#8b94a1;fill:#8b94a1;s
 .worst{paint-order:stroke;stroke:#fff;stroke-width:3px;fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
 
 /// Room for the words above: a line a heading, and what the colours mean.
-const ABOVE: f64 = 80.0;
+const ABOVE: f64 = 98.0;
 /// From the left, where the words begin.
 const LEFT: f64 = 36.0;
 
-/// Draws what differs under two lines of words: along `path`, with the arcs whose label changed, and the worst of
+/// Draws what differs under three lines of words: along `path`, with the arcs whose label changed, and the worst of
 /// what is elsewhere named so.
 pub fn draw(
-    [title, numbers]: [&str; 2],
+    [title, numbers, cause]: [&str; 3],
     path: &[Vec2],
     overlay: &Overlay,
     worst: Option<Sketched>,
@@ -53,7 +53,11 @@ pub fn draw(
         let beside = (one + other) / 2.0 + Vec2::new(0.0, 12.0) / plane.scale;
         picture.append(plane.text(beside, "worst", "worst place".to_owned()));
     }
-    for (text, class, y) in [(title, "head", 24), (numbers, "word", 44)] {
+    for (text, class, y) in [
+        (title, "head", 24),
+        (numbers, "word", 44),
+        (cause, "word", 62),
+    ] {
         let line = Text::new(text).set("x", LEFT).set("y", y);
         picture.append(line.set("class", class));
     }
@@ -86,9 +90,9 @@ fn legend(picture: &mut Document) {
     let mut x = LEFT;
     for (class, word) in entries {
         let sample = Line::new().set("x1", x).set("x2", x + 28.0);
-        let sample = sample.set("y1", 63).set("y2", 63);
+        let sample = sample.set("y1", 81).set("y2", 81);
         picture.append(sample.set("class", class));
-        let text = Text::new(word).set("x", x + 36.0).set("y", 68);
+        let text = Text::new(word).set("x", x + 36.0).set("y", 86);
         picture.append(text.set("class", "word"));
         x += 36.0 + 6.6 * word.len() as f64 + 20.0;
     }

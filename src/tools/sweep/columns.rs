@@ -90,7 +90,7 @@ const ALWAYS: &[Column] = &[
     column("suspect_share", "suspect %", Low, PERCENT, |s| {
         share(s.suspects?, s.labelled())
     }),
-    column("sound_share", "", High, PERCENT, |s| {
+    column("sound_share", "sound %", High, PERCENT, |s| {
         let sound = s.labelled() as f64 - 2.0 * s.suspects? as f64;
         (s.arcs > 0).then(|| sound / s.arcs as f64)
     }),

@@ -64,11 +64,11 @@ fn head(sweep: &Sweep) -> String {
 }
 
 fn best(sweep: &Sweep, rows: usize) -> String {
-    let first = sweep.ranked_by.first().map(|first| first.name);
+    let ranks = |column: &Column| sweep.ranked_by.iter().any(|one| one.name == column.name);
     let is_shown = |column: &&Column| {
         // With those of the truth there is no room for all.
-        let fits = !sweep.with_truth || !matches!(column.name, "chi2" | "rms");
-        first == Some(column.name) || fits && !column.head.is_empty()
+        let fits = !sweep.with_truth || !matches!(column.name, "chi2" | "rms" | "sound_share");
+        ranks(column) || fits && !column.head.is_empty()
     };
     let shown: Vec<&Column> = columns(sweep.with_truth).filter(is_shown).collect();
     let heads: Vec<String> = (sweep.grid.axes().iter().map(Axis::heading))

@@ -111,7 +111,7 @@ fn an_output_that_cannot_be_written_or_would_destroy_the_log() {
         &log,
         "replay {} --features log.mcap",
         2,
-        &["this is no .mcap file: its name ends in .json"],
+        &["no .mcap file; give a name that ends in .json"],
     );
     assert_eq!(
         fs::read(&log).unwrap(),

@@ -321,3 +321,30 @@ fn what_differs_is_recorded_over_the_run_of_b_or_as_two_maps() {
         assert_eq!(bench.bytes(out), before);
     }
 }
+
+#[test]
+fn a_cause_is_named_where_results_differ_and_of_what_bears_on_them() {
+    let bench = Bench::new();
+    let log = path_of("room_step.mcap");
+    let run = diff(&bench, &[&log, "--set-b", "triple.gamma=8"]);
+    assert_eq!(run.code, 0, "{}", run.stdout);
+    assert!(!run.stdout.contains("cause:"), "{}", run.stdout);
+    let note = "note: without effect under the rule that ran: triple.gamma 10.0 -> 8.0 deg\n";
+    assert!(run.stdout.contains(note), "{}", run.stdout);
+    let paper = [
+        "--rule",
+        "paper",
+        "--set-b",
+        "opinion.gate=1",
+        "--set-b",
+        "triple.gamma=8",
+    ];
+    let run = diff(&bench, &[&[log.as_str()], &paper[..]].concat());
+    assert_eq!(run.code, 1, "{}", run.stdout);
+    let cause = "cause: configuration: opinion.gate 6.63 -> 1.0; triple.gamma 10.0 -> 8.0 deg\n";
+    assert!(
+        run.stdout.contains(cause),
+        "suspects differ, too: {}",
+        run.stdout
+    );
+}

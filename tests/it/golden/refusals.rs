@@ -223,27 +223,26 @@ fn a_golden_file_of_the_version_before_is_held_and_what_it_does_not_know_is_said
 }
 
 #[test]
-fn two_logs_of_one_name_are_refused_before_anything_is_done() {
-    let bench = bench_with("room_drive", |_| {});
-    fs::create_dir(bench.path("other")).unwrap();
-    fs::copy(
-        sample("room_drive.mcap"),
-        bench.path("other/room_drive.mcap"),
-    )
-    .unwrap();
-    let log = path_of("room_drive.mcap");
-    let run = tmam(
-        &bench,
-        &["check", &log, "other/room_drive.mcap", "--golden", "golden"],
-        &[],
-    );
-    assert_eq!(run.code, 2);
+fn logs_of_one_name_are_told_apart_by_their_folders() {
+    let bench = Bench::new();
+    for folder in ["r1", "r2"] {
+        fs::create_dir(bench.path(folder)).unwrap();
+        let log = format!("{folder}/drive.mcap");
+        fs::copy(sample("room_step.mcap"), bench.path(&log)).unwrap();
+    }
+    let check = ["check", "--golden", "golden", "r2/drive.mcap"];
+    let run = tmam(&bench, &[&check[..], &["r1", "--bless"]].concat(), &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    for name in ["r1_drive", "r2_drive"] {
+        assert!(bench.path(&format!("golden/{name}.golden.json")).exists());
+    }
+    let run = tmam(&bench, &check, &[]);
+    assert_eq!(run.code, 0, "by itself as in the suite: {}", run.stdout);
     assert!(
-        run.stderr.contains("the same golden file"),
+        !run.stdout.contains("was made from this drive"),
         "{}",
-        run.stderr
+        run.stdout
     );
-    assert!(run.stdout.is_empty(), "{}", run.stdout);
 }
 
 #[test]
