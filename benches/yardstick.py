@@ -4,7 +4,8 @@
 usage: benches/yardstick.py [--hours 1] [--runs 5] [--rerun PATH] [--log FILE.mcap]
 
 Runs from the repository's root after `cargo build --release`. The commands run in turn, so that a machine that
-is busy for a while slows all of them. Prints medians, and wall time as a multiple of the converter's.
+is busy for a while slows all of them. Prints medians, each as a multiple of the converter's, and the ratios that
+docs/performance.md aims at.
 """
 
 import argparse
@@ -30,6 +31,13 @@ REPLAYS = {
     "features only, paper's rule": "--features {out}.json --rule paper",
     "table of arcs": "--arcs {out}.parquet --poses odometry --no-causes",
 }
+
+# What is held against what, by wall time and by CPU time.
+RATIOS = [
+    ("features only, odometry's poses, no causes", "bare walk"),
+    ("full, odometry's poses, no causes", "the same on one thread"),
+    ("two logs, features only, one at a time", "two logs, features only, both at a time"),
+]
 
 # Of two copies of the log.
 PAIRS = {
@@ -103,6 +111,11 @@ def main():
         for name, (wall, cpu, memory) in medians.items():
             ratios = [f"{a / b:.2f}" for a, b in zip((wall, cpu), converter)] if converter else ["-", "-"]
             print(f"| {name} | {wall:.2f} | {cpu:.2f} | {memory:.0f} | {' | '.join(ratios)} |")
+        print()
+        for name, other in RATIOS:
+            if name in medians and other in medians:
+                wall, cpu = [a / b for a, b in zip(medians[name][:2], medians[other][:2])]
+                print(f"{name} / {other}: {wall:.2f} of the wall time, {cpu:.2f} of the CPU time")
 
 
 main()

@@ -53,6 +53,8 @@ pub struct Tmam {
     gate: Gate,
     rule: Policies,
     streams: BTreeMap<SonarId, Stream>,
+    /// On every labelled arc, in the order in which they got their labels.
+    reports: Vec<ArcReport>,
     map: Map,
     extracted: u32,
 }
@@ -66,6 +68,7 @@ impl Tmam {
             gate,
             rule: Policies::of(config, &gate),
             streams: BTreeMap::new(),
+            reports: Vec::new(),
             map: Map::new(config),
             extracted: 0,
         }
@@ -94,10 +97,8 @@ impl Tmam {
         for sonar in sonars {
             self.take(sonar, None, &mut step);
         }
-        let streams = std::mem::take(&mut self.streams);
-        let arcs = streams.values().map(|stream| stream.reports().len()).sum();
-        let mut reports = Vec::with_capacity(arcs);
-        reports.extend(streams.into_values().flat_map(Stream::into_reports));
+        self.streams.clear();
+        let mut reports = std::mem::take(&mut self.reports);
         // No two have one id.
         reports.sort_unstable_by_key(|report: &ArcReport| report.arc.id);
         step.reports = Shared::new(reports);
@@ -119,16 +120,17 @@ impl Tmam {
     fn take(&mut self, sonar: SonarId, next: Option<Arc>, step: &mut Step) {
         let circles = self.config.departures().circles;
         let (rule, stream) = (&self.rule, self.streams.entry(sonar).or_default());
+        let reports = &mut self.reports;
         stream.triple(next, &self.config, &self.gate);
-        stream.window(next, &self.config, &self.gate);
-        while let Some((report, decision)) = stream.label(rule) {
+        stream.window(next, &self.config, &self.gate, reports);
+        while let Some((report, decision)) = stream.label(rule, reports) {
             if let Some(run) = stream.run(rule, &report, &decision) {
                 for (part, fit) in rule.fit(run) {
                     let test =
                         |arcs: &[Arc]| HypothesisTest::with_circles(circles, arcs, &self.gate);
                     let extraction = extract(self.extracted, part, fit, &mut self.map, test);
                     self.extracted += 1;
-                    stream.note(&extraction);
+                    stream.note(&extraction, reports);
                     step.extractions.push(extraction);
                 }
             }

@@ -22,8 +22,8 @@ pub struct Stream {
     window: AdaptiveWindow,
     runs: Runs,
     pending: VecDeque<Pending>,
-    /// Every labelled arc, in order.
-    reports: Vec<ArcReport>,
+    /// Where the reports on its labelled arcs are among those of all sonars, in order.
+    labelled: Vec<usize>,
 }
 
 impl Stream {
@@ -65,13 +65,19 @@ impl Stream {
         }
     }
 
-    /// Widens the windows that the newest entry completes.
-    pub fn window(&mut self, next: Option<Arc>, config: &Config, gate: &Gate) {
+    /// Widens the windows that the newest entry completes. Arcs that are labelled already have theirs in `reports`.
+    pub fn window(
+        &mut self,
+        next: Option<Arc>,
+        config: &Config,
+        gate: &Gate,
+        reports: &mut [ArcReport],
+    ) {
         let newest = self.pending.back().filter(|_| next.is_some());
         let way = newest.and_then(|newest| newest.report.before);
         if !way.is_some_and(|way| way.continues(config)) {
             let ended = self.window.end();
-            self.settle(ended);
+            self.settle(ended, reports);
         }
         if let Some(arc) = next {
             let before = self.pending.iter().rev().nth(1);
@@ -80,12 +86,16 @@ impl Stream {
                 let circles = config.departures().circles;
                 (self.window).push(arc, triple, &config.opinion, circles, gate)
             };
-            self.settle(settled);
+            self.settle(settled, reports);
         }
     }
 
-    /// Labels the next arc in order, if what decides is known.
-    pub fn label(&mut self, rule: &Policies) -> Option<(ArcReport, Decision)> {
+    /// Labels the next arc in order, if what decides is known; its report is added to those of all sonars.
+    pub fn label(
+        &mut self,
+        rule: &Policies,
+        reports: &mut Vec<ArcReport>,
+    ) -> Option<(ArcReport, Decision)> {
         let decision = rule.label(self.pending.front()?)?;
         let Pending {
             mut report, window, ..
@@ -95,7 +105,8 @@ impl Stream {
         report.chi2_margin = decision.chi2_margin;
         report.oblique = window.as_ref().and_then(|window| window.oblique);
         report.windows = window.map(|window| window.tests).unwrap_or_default();
-        self.reports.push(report.clone());
+        self.labelled.push(reports.len());
+        reports.push(report.clone());
         Some((report, decision))
     }
 
@@ -104,11 +115,11 @@ impl Stream {
         rule.run(&mut self.runs, report, decision)
     }
 
-    /// Notes which feature a closed run gave.
-    pub fn note(&mut self, extraction: &Extraction) {
+    /// Notes in the reports of a closed run which feature it gave.
+    pub fn note(&self, extraction: &Extraction, reports: &mut [ArcReport]) {
         let test = extraction.opinion.map(Shared::new);
         for arc in &extraction.labelled {
-            if let Some(report) = self.labelled(*arc) {
+            if let Some(report) = self.labelled(*arc, reports) {
                 report.run = Some(RunTest {
                     extraction: extraction.id,
                     test: test.clone(),
@@ -117,31 +128,21 @@ impl Stream {
         }
     }
 
-    /// Every labelled arc, in order.
-    pub fn reports(&self) -> &[ArcReport] {
-        &self.reports
+    fn labelled<'r>(&self, arc: ArcId, reports: &'r mut [ArcReport]) -> Option<&'r mut ArcReport> {
+        let is_before = |place: &usize| reports.get(*place).is_some_and(|it| it.arc.id < arc);
+        let at = self.labelled.partition_point(is_before);
+        let report = reports.get_mut(*self.labelled.get(at)?);
+        report.filter(|report| report.arc.id == arc)
     }
 
-    /// The same.
-    pub fn into_reports(self) -> Vec<ArcReport> {
-        self.reports
-    }
-
-    fn labelled(&mut self, arc: ArcId) -> Option<&mut ArcReport> {
-        let at = self.reports.partition_point(|report| report.arc.id < arc);
-        self.reports
-            .get_mut(at)
-            .filter(|report| report.arc.id == arc)
-    }
-
-    fn settle(&mut self, results: Vec<WindowResult>) {
+    fn settle(&mut self, results: Vec<WindowResult>, reports: &mut [ArcReport]) {
         for result in results {
             let at = (self.pending).partition_point(|pending| pending.report.arc.id < result.arc);
             let pending = self.pending.get_mut(at);
             match pending.filter(|pending| pending.report.arc.id == result.arc) {
                 Some(pending) => pending.window = Some(result),
                 None => {
-                    if let Some(report) = self.labelled(result.arc) {
+                    if let Some(report) = self.labelled(result.arc, reports) {
                         report.windows = result.tests;
                     }
                 }

@@ -426,22 +426,27 @@ impl Running {
     fn finish(mut self) -> ChannelClock {
         let delay_growth = growth(&self.logged, &self.delays);
         let delays = &mut self.delays;
-        delays.sort_unstable();
-        let at = |share: usize| delays.get(delays.len() * share / 20).copied();
-        let ends = at(1).zip(at(19));
+        let extremes = [delays.iter().min(), delays.iter().max()];
+        let extreme_delay_ns = extremes
+            .into_iter()
+            .flatten()
+            .copied()
+            .max_by_key(|delay| delay.unsigned_abs());
+        let ends = ranked(delays, 1).zip(ranked(delays, 19));
         ChannelClock {
             delay_growth,
             delay_spread_ns: ends.map_or(0, |(low, high)| high.saturating_sub(low)),
-            median_delay_ns: delays.get(delays.len() / 2).copied(),
-            extreme_delay_ns: delays
-                .first()
-                .into_iter()
-                .chain(delays.last())
-                .copied()
-                .max_by_key(|delay| delay.unsigned_abs()),
+            median_delay_ns: ranked(delays, 10),
+            extreme_delay_ns,
             ..self.clock
         }
     }
+}
+
+/// The value that so many twentieths of all are below. To sort them would take longer.
+fn ranked(values: &mut [i64], twentieths: usize) -> Option<i64> {
+    let rank = values.len() * twentieths / 20;
+    (rank < values.len()).then(|| *values.select_nth_unstable(rank).1)
 }
 
 /// Fewer messages than this show no growth.
@@ -454,11 +459,7 @@ fn growth(logged: &[i64], delays: &[i64]) -> Option<(f64, i64)> {
     if delays.len() < ENOUGH {
         return None;
     }
-    let middle = |values: &[i64]| {
-        let mut values = values.to_vec();
-        values.sort_unstable();
-        values.get(values.len() / 2).copied()
-    };
+    let middle = |values: &[i64]| ranked(&mut values.to_vec(), 10);
     let ends = |values: &[i64]| {
         let (first, last) = (values.get(..third)?, values.get(values.len() - third..)?);
         Some((middle(first)?, middle(last)?))
@@ -474,9 +475,8 @@ fn growth(logged: &[i64], delays: &[i64]) -> Option<(f64, i64)> {
         delay.saturating_sub(low).saturating_sub(expected as i64)
     });
     let mut about: Vec<i64> = about.collect();
-    about.sort_unstable();
-    let at = |share: usize| about.get(about.len() * share / 20).copied();
-    Some((rate, at(19)?.saturating_sub(at(1)?)))
+    let ends = ranked(&mut about, 1).zip(ranked(&mut about, 19));
+    ends.map(|(low, high)| (rate, high.saturating_sub(low)))
 }
 
 impl ChannelClock {

@@ -25,15 +25,14 @@ fn decide(entries: impl IntoIterator<Item = Option<Arc>>) -> (Vec<(u32, Label)>,
     let config = Config::with_rule(config::Rule::Paper);
     let gate = Gate::new(config.opinion.gate);
     let rule = Policies::of(&config, &gate);
-    let (mut stream, mut runs) = (Stream::default(), Vec::new());
+    let (mut stream, mut reports, mut runs) = (Stream::default(), Vec::new(), Vec::new());
     for next in entries.into_iter().chain([None]) {
         stream.triple(next, &config, &gate);
-        stream.window(next, &config, &gate);
-        while let Some((report, decision)) = stream.label(&rule) {
+        stream.window(next, &config, &gate, &mut reports);
+        while let Some((report, decision)) = stream.label(&rule, &mut reports) {
             runs.extend(stream.run(&rule, &report, &decision));
         }
     }
-    let reports = stream.into_reports();
     let labels = reports.iter().map(|r| (r.arc.id.frame, r.label)).collect();
     (labels, runs)
 }
