@@ -15,7 +15,6 @@ use crate::core::tmam::feature::{MapFeature, Shape};
 use crate::core::tool::Tool;
 use crate::io::output::{Output, is_stdout};
 use crate::tools::report::map::draw;
-use crate::tools::tables::csv_record;
 use occupancy::Occupancy;
 
 /// How a map is written.
@@ -137,12 +136,12 @@ fn geojson(mut out: impl Write, setting: &Setting<'_>, map: &[MapFeature]) -> io
     writeln!(out, "{file:#}")
 }
 
-fn csv(mut out: impl Write, map: &[MapFeature]) -> io::Result<()> {
-    let head = [
+fn csv(out: impl Write, map: &[MapFeature]) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record([
         "id", "kind", "status", "x1", "y1", "x2", "y2", "rho", "theta", "var_1", "cov_12", "var_2",
         "readings", "runs",
-    ];
-    csv_record(&mut out, head)?;
+    ])?;
     let number = |x: f64| fixed(x, 9);
     for feature in map {
         let (kind, places, covariance) = match &feature.shape {
@@ -177,9 +176,9 @@ fn csv(mut out: impl Write, map: &[MapFeature]) -> io::Result<()> {
         .chain(places)
         .chain(variances.map(|x| format!("{x:.9e}")))
         .chain([feature.readings, feature.runs].map(|n| n.to_string()));
-        csv_record(&mut out, row)?;
+        table.write_record(row)?;
     }
-    out.flush()
+    table.flush()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
-//! Tables for a person, within 100 columns, and lines of CSV for other programs.
+//! Tables for a person, within 100 columns.
 
 use std::fmt::Write as _;
-use std::io;
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Width, presets};
 
@@ -44,25 +43,6 @@ pub fn render(table: &Table) -> String {
     let table = table.to_string();
     let lines = table.lines();
     lines.map(|line| format!("{}\n", line.trim_end())).collect()
-}
-
-/// Writes a line of comma-separated values (RFC 4180, with the line ends of Unix).
-///
-/// # Errors
-/// When `out` cannot be written to.
-pub fn csv_record(
-    out: &mut impl io::Write,
-    cells: impl IntoIterator<Item = impl AsRef<str>>,
-) -> io::Result<()> {
-    let quoted = |cell: &str| match cell.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.to_owned(),
-    };
-    let cells: Vec<String> = cells
-        .into_iter()
-        .map(|cell| quoted(cell.as_ref()))
-        .collect();
-    writeln!(out, "{}", cells.join(","))
 }
 
 /// Rows as a table; the first `left` columns are text, the others numbers.
@@ -151,13 +131,6 @@ pub fn fitting(names: Vec<String>, room: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_cell_with_a_comma_or_a_quote_is_quoted() {
-        let mut line = Vec::new();
-        csv_record(&mut line, ["a", "", "b, \"c\""]).unwrap();
-        assert_eq!(String::from_utf8(line).unwrap(), "a,,\"b, \"\"c\"\"\"\n");
-    }
 
     #[test]
     fn long_names_lose_what_they_share() {

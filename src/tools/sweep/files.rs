@@ -14,13 +14,13 @@ use super::score::Score;
 use super::text::conclusion;
 use crate::core::tool::Tool;
 use crate::observe::drawing;
-use crate::tools::tables::csv_record;
 
 /// Writes every cell in CSV: its rank, its values as `--set` takes them, its numbers, and why it failed.
 ///
 /// # Errors
 /// When `out` cannot be written to.
-pub fn csv(mut out: impl Write, sweep: &Sweep) -> io::Result<()> {
+pub fn csv(out: impl Write, sweep: &Sweep) -> io::Result<()> {
+    let mut csv = ::csv::Writer::from_writer(out);
     let columns: Vec<_> = columns(sweep.with_truth).collect();
     let axes = sweep.grid.axes().iter().map(|axis| match axis.unit_name() {
         "" => axis.key(),
@@ -30,7 +30,7 @@ pub fn csv(mut out: impl Write, sweep: &Sweep) -> io::Result<()> {
         .chain(axes)
         .chain(columns.iter().map(|column| column.name.to_owned()))
         .chain(std::iter::once("failed".to_owned()));
-    csv_record(&mut out, head)?;
+    csv.write_record(head)?;
     for (rank, cell) in sweep.cells.iter().enumerate() {
         let values = sweep.grid.values(cell.index).into_iter();
         let score = cell.score.as_ref();
@@ -43,9 +43,9 @@ pub fn csv(mut out: impl Write, sweep: &Sweep) -> io::Result<()> {
             .chain(values.map(|value| value.to_string()))
             .chain(numbers)
             .chain(std::iter::once(failed));
-        csv_record(&mut out, record)?;
+        csv.write_record(record)?;
     }
-    out.flush()
+    csv.flush()
 }
 
 /// Writes every cell in JSON.
