@@ -2,7 +2,6 @@
 
 use super::bearings::{Beam, trials};
 use super::borne_out::Heard;
-use super::mistaken::mistaken;
 use super::parameter::{Parameter, Quantity, Whose};
 use super::ranges::{self, RangeEstimate, Unknown};
 use super::seen::Scene;
@@ -89,6 +88,11 @@ impl Estimates {
         }
     }
 
+    /// What was heard, and the map.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// Everything that can be off by itself.
     pub fn groups(&self) -> Vec<Vec<Parameter>> {
         use Quantity::{BeamWidth, RangeOffset, RangeScale, X, Y, Yaw};
@@ -168,7 +172,11 @@ impl Estimates {
         let clear = groups
             .filter_map(|group| self.of(&group))
             .filter(|candidate| candidate.is_clear(self.seconds));
-        let clear: Vec<Candidate> = clear.chain(self.of_clocks()).collect();
+        let clear: Vec<Candidate> = clear.collect();
+        let mut first: Vec<Candidate> = self.of_clocks().into_iter().collect();
+        if clear.is_empty() {
+            return first;
+        }
         let heard = Heard::new(&self.scene);
         let borne_out = |candidate: Candidate| {
             let values = candidate.values.iter();
@@ -182,9 +190,10 @@ impl Estimates {
             .map(borne_out)
             .filter(|candidate| candidate.is_clear(self.seconds))
             .collect();
-        candidates.extend(mistaken(&heard, &self.scene.mounts));
         candidates.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
-        candidates
+        // Clocks that differ lead least squares astray for everything else.
+        first.extend(candidates);
+        first
     }
 
     /// The sonars whose clocks are late together, the others being right: those of a clock of their own.

@@ -250,14 +250,21 @@ impl RangeEstimate {
             .iter()
             .position(|own| *own == Parameter::RangeDelay);
         let of = |at: usize| self.together.get(at).copied().unwrap_or(0.0);
-        let shared = shared.map_or(0.0, of);
+        let both = |a: usize, b: usize| covariance.get((a, b)).copied().unwrap_or(0.0);
         let own = self.parameters.iter().enumerate();
-        own.filter(|(_, own)| matches!(own, Parameter::Sonar(_, Quantity::Delay)))
-            .map(|(at, own)| {
-                let variance = covariance.get((at, at)).copied().unwrap_or(0.0);
-                (*own, shared + of(at), variance.max(0.0).sqrt())
-            })
-            .collect()
+        let own = own.filter(|(_, own)| matches!(own, Parameter::Sonar(_, Quantity::Delay)));
+        // What all share and what each has alone are not told apart; their sum is.
+        own.map(|(at, own)| {
+            let (delay, variance) = match shared {
+                Some(all) => (
+                    of(all) + of(at),
+                    both(all, all) + 2.0 * both(all, at) + both(at, at),
+                ),
+                None => (of(at), both(at, at)),
+            };
+            (*own, delay, variance.max(0.0).sqrt())
+        })
+        .collect()
     }
 }
 

@@ -1,9 +1,11 @@
 //! Tries what may be off: each candidate is applied, the log replayed, and kept where its own map explains
 //! it in fewer bits.
 
+use super::borne_out::Heard;
 use super::candidate::{Candidate, Estimated, Estimates, are_clear};
 use super::change::Change;
 use super::far_off::{TRIALS, far_off};
+use super::mistaken::mistaken;
 use super::parameter::{Parameter, Quantity, Whose};
 use crate::core::bits::Bits;
 use crate::core::config::{Config, Poses};
@@ -297,7 +299,7 @@ impl Searcher<'_> {
     fn candidates(&mut self, now: &Tried) -> Vec<Candidate> {
         let mut both = self.far_off(now);
         both.extend(of_path(now));
-        let first = now.estimates.candidates();
+        let first = candidates_of(&now.estimates);
         let share = now.standing.bits.explained_share();
         if now.path.is_none() || share.is_some_and(|share| share > WELL) {
             both.extend(first);
@@ -306,7 +308,7 @@ impl Searcher<'_> {
         let mut by_odometry = self.ground(now);
         by_odometry.config.poses = Poses::Odometry;
         let by_odometry = self.tried(now, &by_odometry, &Change::default());
-        let mut second = by_odometry.map_or_else(Vec::new, |tried| tried.estimates.candidates());
+        let mut second = by_odometry.map_or_else(Vec::new, |tried| candidates_of(&tried.estimates));
         second.reverse();
         for candidate in first {
             both.extend(second.pop());
@@ -489,6 +491,15 @@ impl Searcher<'_> {
         let found = self.tried(now, &self.ground(now), &change)?;
         (found.standing.gain_over(&now.standing) > 0.0).then_some((found, gain))
     }
+}
+
+/// What may be off by a replay: what is far off first, since it leads least squares astray.
+fn candidates_of(estimates: &Estimates) -> Vec<Candidate> {
+    let scene = estimates.scene();
+    let mut all = mistaken(&Heard::new(scene), &scene.mounts);
+    all.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    all.extend(estimates.candidates());
+    all
 }
 
 /// What a path that was corrected by a share everywhere stands for: an odometry that is too short by it, or ranges that
