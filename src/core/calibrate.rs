@@ -9,6 +9,7 @@ mod borne_out;
 pub mod candidate;
 pub mod change;
 mod far_off;
+mod mistaken;
 pub mod parameter;
 mod ranges;
 pub mod search;

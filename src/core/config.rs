@@ -391,6 +391,9 @@ pub struct SonarOverride {
     /// What is added to ranges after that, metres; taken before that of all sonars.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_offset: Option<f64>,
+    /// How much later than those of others ranges are stamped, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_delay: Option<f64>,
 }
 
 impl SonarOverride {

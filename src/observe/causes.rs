@@ -11,6 +11,7 @@ use crate::core::event::{Events, SonarId, name_of};
 use crate::core::legible::one_line;
 use crate::core::replay::{CauseTold, Outcome, Replay};
 use crate::core::rounding::fixed;
+use crate::core::wording::few;
 use crate::io::config::changed::{ChangedKey, changed_keys};
 
 /// What was looked at.
@@ -35,6 +36,7 @@ fn of(quantity: Quantity) -> &'static str {
         Quantity::Yaw => "yaw",
         Quantity::RangeScale => "range scale",
         Quantity::RangeOffset => "range offset",
+        Quantity::Delay => "delay",
         Quantity::BeamWidth => "beam width",
     }
 }
@@ -60,6 +62,7 @@ pub fn unit(parameter: Parameter) -> (&'static str, f64) {
         Parameter::Sonar(_, quantity) => match quantity {
             Quantity::X | Quantity::Y | Quantity::RangeOffset => ("cm", 100.0),
             Quantity::RangeScale => ("%", 100.0),
+            Quantity::Delay => ("ms", 1e3),
             Quantity::Yaw | Quantity::BeamWidth => ("deg", 1.0_f64.to_degrees()),
         },
     }
@@ -81,6 +84,26 @@ pub fn amount(one: &Estimated) -> String {
     )
 }
 
+/// Turned by more than this a sonar looks the other way, radians.
+const ROUND: f64 = 3.0;
+/// Ranges that are off by more are told by a factor.
+const ROUGH: f64 = 0.3;
+
+/// `a and b`, or as [`few`].
+fn both(names: &[String]) -> String {
+    match names {
+        [one, other] => format!("{one} and {other}"),
+        _ => few(names),
+    }
+}
+
+fn sonar_of(one: &Estimated) -> Option<SonarId> {
+    match one.parameter {
+        Parameter::Sonar(Whose::One(sonar), _) => Some(sonar),
+        _ => None,
+    }
+}
+
 /// What is off: `sonar_06 is turned by +3.1 deg (+-0.3)`.
 pub fn what(values: &[Estimated], events: &Events) -> String {
     let Some(first) = values.first() else {
@@ -89,11 +112,17 @@ pub fn what(values: &[Estimated], events: &Events) -> String {
     let size = amount(first);
     let without_sign = size.trim_start_matches(['+', '-']);
     let (more, less) = match first.parameter {
-        Parameter::RangeDelay => ("late", "early"),
+        Parameter::RangeDelay | Parameter::Sonar(_, Quantity::Delay) => ("late", "early"),
         Parameter::ClockRate => ("fast", "slow"),
         _ => ("short", "long"),
     };
     let word = if first.value > 0.0 { more } else { less };
+    let mut sonars: Vec<SonarId> = values.iter().filter_map(sonar_of).collect();
+    sonars.dedup();
+    let sonars: Vec<String> = sonars
+        .into_iter()
+        .map(|sonar| name(sonar, events))
+        .collect();
     match first.parameter {
         Parameter::RangeDelay => format!("ranges are stamped {without_sign} too {word}"),
         Parameter::ClockRate => {
@@ -106,6 +135,24 @@ pub fn what(values: &[Estimated], events: &Events) -> String {
         Parameter::Sonar(whose, quantity) => {
             let who = who(whose, events);
             match quantity {
+                Quantity::Delay if sonars.len() > 1 => format!(
+                    "ranges of {} are stamped {without_sign} too {word}, and those of the others are not",
+                    both(&sonars)
+                ),
+                Quantity::Delay => {
+                    format!("ranges of {who} alone are stamped {without_sign} too {word}")
+                }
+                Quantity::Yaw if sonars.len() > 1 => format!(
+                    "{} are exchanged: each measures from where another of them is said to be",
+                    both(&sonars)
+                ),
+                Quantity::Yaw if first.value.abs() > ROUND => {
+                    format!("{who} looks the other way: it is turned by {size}")
+                }
+                Quantity::RangeScale if first.value.abs() > ROUGH => format!(
+                    "ranges of {who} are {} times what they should be",
+                    fixed(1.0 / (1.0 + first.value), 2)
+                ),
                 Quantity::Yaw => format!("{who} is turned by {size}"),
                 Quantity::X | Quantity::Y => {
                     let parts = values.iter().map(|one| match one.parameter {
@@ -165,7 +212,7 @@ pub fn came_of(cause: &Cause) -> String {
 
 /// How a change of so many keys is typed: the first few.
 pub fn settings(keys: &[ChangedKey]) -> String {
-    const SHOWN: usize = 3;
+    const SHOWN: usize = 9;
     let shown: Vec<String> = keys.iter().take(SHOWN).map(ChangedKey::setting).collect();
     match keys.len().saturating_sub(SHOWN) {
         0 => shown.join(", "),
@@ -197,10 +244,7 @@ fn told(cause: &Cause, before: &Change, events: &Events, config: &Config) -> Cau
     CauseTold {
         text,
         settings: keys.iter().map(ChangedKey::setting).collect(),
-        sonar: (cause.values.first()).and_then(|one| match one.parameter {
-            Parameter::Sonar(Whose::One(sonar), _) => Some(sonar),
-            _ => None,
-        }),
+        sonar: cause.values.first().and_then(sonar_of),
     }
 }
 

@@ -6,6 +6,7 @@ mod arrangement;
 mod axes;
 mod clocks;
 mod coarse_ranges;
+mod contradicted;
 mod dead;
 mod degrees;
 mod distances;
@@ -55,13 +56,14 @@ use crate::core::rounding::fixed;
 type Check = fn(&Examined<'_>) -> Vec<Finding>;
 
 /// In the order in which findings of one weight are told.
-const CHECKS: [Check; 31] = [
+const CHECKS: [Check; 32] = [
     |of| unread::check(of.facts),
     |of| obstacles::findings(of.facts, &of.survey.obstacles),
     |of| losses::check(of.facts).into_iter().collect(),
     poses::check,
     speed::check,
     mounts::check,
+    contradicted::check,
     robot_frame::check,
     axes::check,
     arrangement::check,

@@ -22,7 +22,7 @@ use crate::core::world::World;
 use crate::io::log::writer::{LogWriter, RangeMessage};
 
 pub use error::SimulateError;
-use error::require;
+use error::{known, require};
 pub use false_echoes::FalseEchoes;
 use false_echoes::Listener;
 pub use late::LateStretch;
@@ -110,9 +110,7 @@ impl Simulation {
             )?;
         }
         for name in &self.silent {
-            if !told.iter().any(|mount| mount.name == *name) {
-                return Err(SimulateError::NoSuchSonar(name.clone()));
-            }
+            known(name, told.iter().map(|mount| mount.name.as_str()))?;
         }
         let mut ticks = self.motion.schedule(&self.path, self.ring.sonars)?;
         if let Some(late) = &self.late {
@@ -122,11 +120,12 @@ impl Simulation {
             late.validate(readings.map(|tick| tick.after_ns).max().unwrap_or_default())?;
         }
         for tick in &mut ticks {
-            if matches!(tick.action, Action::Fire(_)) {
+            if let Action::Fire(sonar) = tick.action {
+                let name = told.get(sonar).map_or("", |mount| mount.name.as_str());
                 let delay_ns = (self.late.as_ref()).map_or(0, |late| late.delay_ns(tick.after_ns));
                 tick.after_ns = self
                     .untold
-                    .stamp_after_ns(tick.after_ns.saturating_add(delay_ns));
+                    .stamp_after_ns(tick.after_ns.saturating_add(delay_ns), name);
             }
         }
         ticks.sort_by_key(|tick| tick.after_ns);

@@ -396,7 +396,10 @@ fn what_a_simulated_log_cannot_need_is_refused() {
             "--needs takes input.range_delay",
         ),
         ("--needs rule=papr", "--needs takes KEY=VALUE"),
-        ("--needs sonar.front.yaw=3", "no sonar is called \"front\""),
+        (
+            "--needs sonar.front.yaw=3",
+            "no sonar is called \"front\"; there are sonar_00, sonar_01,",
+        ),
         ("--silent front", "no sonar is called \"front\""),
         // Nor can a sonar say less than nothing.
         ("--needs sonars.range_offset=0.5", "the smallest range"),

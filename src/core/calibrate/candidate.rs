@@ -3,16 +3,24 @@
 use super::bearings::{Beam, trials};
 use super::borne_out::Heard;
 use super::parameter::{Parameter, Quantity, Whose};
-use super::ranges::{self, RangeEstimate};
+use super::ranges::{self, RangeEstimate, Unknown};
 use super::seen::Scene;
+use crate::core::bits::Bits;
 use crate::core::event::SonarId;
 use crate::core::replay::{Outcome, Replay};
+use crate::core::statistics::median;
 
 /// An estimate is clear from so many standard deviations on, and from such a gain on, in natural
 /// logarithms.
 const CLEAR: f64 = 4.0;
 const CLEAR_OF_SEVERAL: f64 = 3.0;
 const CLEAR_GAIN: f64 = 10.0;
+/// Where more is explained, no clock of a single sonar is late.
+const SOUND: f64 = 0.98;
+
+/// Clocks whose delays lie no farther apart are one, seconds.
+const ONE_CLOCK: f64 = 0.04;
+
 /// What is known no better than so many times what matters mends nothing.
 const VAGUE: f64 = 5.0;
 
@@ -44,6 +52,8 @@ pub struct Estimated {
 pub struct Estimates {
     /// What the ranges say; `None` where there are too few.
     pub ranges: Option<RangeEstimate>,
+    /// What they say of each sonar's clock, were its mount right; `None` where nothing points at it.
+    clocks: Option<RangeEstimate>,
     /// What the beams say.
     pub beams: Vec<Beam>,
     /// How long the log is, seconds.
@@ -63,14 +73,24 @@ impl Estimates {
         }
         let beams = (0..).zip(widths).zip(trials(&scene));
         let source = replay.setting().source;
+        let share = Bits::of(outcome).and_then(|bits| bits.explained_share());
+        let is_troubled = share.is_some_and(|share| share < SOUND);
         Self {
             beams: beams
                 .map(|((sonar, width), trials)| Beam::new(SonarId(sonar), width, &trials))
                 .collect(),
-            ranges: ranges::estimate(&scene, replay, outcome),
+            ranges: ranges::estimate(&scene, Unknown::Mounts, replay, outcome),
+            clocks: is_troubled
+                .then(|| ranges::estimate(&scene, Unknown::Clocks, replay, outcome))
+                .flatten(),
             seconds: source.end_ns.saturating_sub(source.start_ns) as f64 * 1e-9,
             scene,
         }
+    }
+
+    /// What was heard, and the map.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// Everything that can be off by itself.
@@ -125,7 +145,13 @@ impl Estimates {
                 gain: peak.gain,
             });
         }
-        let alone = self.ranges.as_ref()?.alone(parameters)?;
+        let is_clock =
+            |parameter: &Parameter| matches!(parameter, Parameter::Sonar(_, Quantity::Delay));
+        let alone = match parameters.iter().all(is_clock) {
+            // Sonars that are late together have one clock.
+            true => self.clocks.as_ref()?.common(parameters)?,
+            false => self.ranges.as_ref()?.alone(parameters)?,
+        };
         let values = alone.values.iter().zip(&alone.deviations);
         Some(Candidate {
             values: values
@@ -147,8 +173,9 @@ impl Estimates {
             .filter_map(|group| self.of(&group))
             .filter(|candidate| candidate.is_clear(self.seconds));
         let clear: Vec<Candidate> = clear.collect();
+        let mut first: Vec<Candidate> = self.of_clocks().into_iter().collect();
         if clear.is_empty() {
-            return clear;
+            return first;
         }
         let heard = Heard::new(&self.scene);
         let borne_out = |candidate: Candidate| {
@@ -164,7 +191,35 @@ impl Estimates {
             .filter(|candidate| candidate.is_clear(self.seconds))
             .collect();
         candidates.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
-        candidates
+        // Clocks that differ lead least squares astray for everything else.
+        first.extend(candidates);
+        first
+    }
+
+    /// The sonars whose clocks are late together, the others being right: those of a clock of their own.
+    fn of_clocks(&self) -> Option<Candidate> {
+        let mut delays = self.clocks.as_ref()?.delays();
+        delays.retain(|(_, _, deviation)| *deviation < ONE_CLOCK / 2.0);
+        delays.sort_by(|a, b| a.1.total_cmp(&b.1));
+        // The widest gap is between the two.
+        let gap = |at: &usize| {
+            let both = delays.get(*at).zip(delays.get(at + 1));
+            both.map_or(0.0, |(a, b)| b.1 - a.1)
+        };
+        let widest = (0..delays.len()).max_by(|a, b| gap(a).total_cmp(&gap(b)))?;
+        if gap(&widest) < ONE_CLOCK {
+            return None;
+        }
+        let (early, late) = delays.split_at(widest + 1);
+        let off = |some: &[(Parameter, f64, f64)]| {
+            let mut of: Vec<f64> = some.iter().map(|(_, delay, _)| delay.abs()).collect();
+            of.sort_by(f64::total_cmp);
+            median(&of)
+        };
+        let group = if off(early) > off(late) { early } else { late };
+        let mut group: Vec<Parameter> = group.iter().map(|(parameter, ..)| *parameter).collect();
+        group.sort();
+        self.of(&group).filter(|found| found.is_clear(self.seconds))
     }
 
     /// What the same sonar may be off instead, where the ranges tell it.
@@ -180,6 +235,7 @@ impl Estimates {
             vec![of(Quantity::X), of(Quantity::Y)],
             vec![of(Quantity::RangeScale)],
             vec![of(Quantity::RangeOffset)],
+            vec![of(Quantity::Delay)],
         ];
         let others = all.iter().filter(|other| *other != group);
         others.filter_map(|other| self.of(other)).collect()
@@ -218,7 +274,13 @@ impl Candidate {
     /// Whose it is, and whether the beams say so.
     pub fn origin(&self) -> Option<(Parameter, bool)> {
         let first = self.values.first()?.parameter;
+        let is_shared = self.values.iter().any(|one| match (first, one.parameter) {
+            (Parameter::Sonar(first, _), Parameter::Sonar(whose, _)) => first != whose,
+            _ => false,
+        });
         Some(match first {
+            // What several sonars are off together says nothing of what each is alone.
+            several if is_shared => (several, false),
             Parameter::Sonar(whose, quantity) => {
                 let of_beam = matches!(quantity, Quantity::Yaw | Quantity::BeamWidth);
                 (Parameter::Sonar(whose, Quantity::X), of_beam)
@@ -250,6 +312,7 @@ impl Estimated {
                 Quantity::Yaw => 1.0_f64.to_radians(),
                 Quantity::RangeScale => 0.004,
                 Quantity::RangeOffset => 0.008,
+                Quantity::Delay => 0.02,
                 Quantity::BeamWidth => 3.0_f64.to_radians(),
             },
         }
@@ -264,6 +327,7 @@ impl Estimated {
             Parameter::Sonar(_, quantity) => match quantity {
                 Quantity::X | Quantity::Y | Quantity::RangeOffset | Quantity::RangeScale => 0.2,
                 Quantity::Yaw => 1.5,
+                Quantity::Delay => 1.5,
                 Quantity::BeamWidth => 2.0,
             },
         }

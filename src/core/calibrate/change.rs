@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::parameter::{Parameter, Quantity, Whose};
-use crate::core::config::Config;
+use crate::core::config::{Config, SonarOverride};
 use crate::core::event::{Events, OdometrySample, Return, Sonar, SonarId};
 use crate::core::geometry::{Pose2, wrap_angle};
 
@@ -35,6 +35,8 @@ impl Change {
             let whose = Whose::One(SonarId(place));
             change(Parameter::Sonar(whose, Quantity::RangeScale), scale - 1.0);
             change(Parameter::Sonar(whose, Quantity::RangeOffset), offset);
+            let delay = configured_delay(config, &sonar.name);
+            change(Parameter::Sonar(whose, Quantity::Delay), delay);
         }
         Self { by }
     }
@@ -82,6 +84,7 @@ impl Change {
                 mount.yaw + of(Quantity::Yaw),
             );
         }
+        let mut is_delayed = false;
         for reading in &mut events.readings {
             let of = |quantity| self.of_sonar(reading.sonar, quantity);
             let [scale, offset] = [1.0 + of(Quantity::RangeScale), of(Quantity::RangeOffset)];
@@ -93,6 +96,12 @@ impl Change {
             reading.min_range = reading.min_range * scale + offset;
             reading.max_range = reading.max_range * scale + offset;
             reading.beam_width += wider;
+            let delay_ns = nanoseconds(of(Quantity::Delay));
+            reading.stamp_ns = reading.stamp_ns.saturating_sub(delay_ns);
+            is_delayed |= delay_ns != 0;
+        }
+        if is_delayed {
+            events.sort();
         }
         let scales = [Parameter::OdometryScale, Parameter::OdometryTurnScale]
             .map(|scale| 1.0 + self.of(scale));
@@ -108,15 +117,30 @@ impl Change {
     }
 }
 
+/// As stamps count.
+pub fn nanoseconds(seconds: f64) -> i64 {
+    // A float too large for a stamp becomes the largest one.
+    libm::rint(seconds * 1e9) as i64
+}
+
+/// What a configuration says of a sonar, then of its ring.
+fn known<'c>(config: &'c Config, sonar: &str) -> impl Iterator<Item = &'c SonarOverride> {
+    let ring = sonar.rsplit_once('[').map(|(ring, _)| ring);
+    let names = [Some(sonar), ring].into_iter().flatten();
+    let known: Vec<_> = names.filter_map(|name| config.sonar.get(name)).collect();
+    known.into_iter()
+}
+
+/// How much later than those of others a configuration has a sonar's ranges stamped, seconds.
+pub fn configured_delay(config: &Config, sonar: &str) -> f64 {
+    let delay = known(config, sonar).find_map(|known| known.range_delay);
+    delay.unwrap_or(0.0)
+}
+
 /// The scale and the offset that a configuration gives a sonar's ranges.
 pub fn configured_range(config: &Config, sonar: &str) -> [f64; 2] {
-    let ring = sonar.rsplit_once('[').map(|(ring, _)| ring);
-    let known = || {
-        let names = [Some(sonar), ring].into_iter().flatten();
-        names.filter_map(|name| config.sonar.get(name))
-    };
-    let scale = known().find_map(|known| known.range_scale);
-    let offset = known().find_map(|known| known.range_offset);
+    let scale = known(config, sonar).find_map(|known| known.range_scale);
+    let offset = known(config, sonar).find_map(|known| known.range_offset);
     let all = &config.sonars;
     [
         scale.or(all.range_scale).unwrap_or(1.0),

@@ -39,6 +39,8 @@ pub enum Quantity {
     RangeScale,
     /// What is added to ranges after that, metres.
     RangeOffset,
+    /// How late its ranges are stamped beside those of the others, seconds.
+    Delay,
     /// Full opening angle of the beam in which it hears, radians.
     BeamWidth,
 }

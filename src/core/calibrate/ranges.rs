@@ -34,6 +34,9 @@ const OF_SONAR: [(Quantity, f64); 4] = [
     (Quantity::RangeScale, 0.1),
     (Quantity::RangeOffset, 0.1),
 ];
+/// The same where each sonar's clock is asked for: a delay stands for a mount along the way, and is not told from it
+/// where both are unknown.
+const CLOCK_OF_SONAR: [(Quantity, f64); 1] = [(Quantity::Delay, 0.3)];
 /// The same of the parameters of features, metres and radians.
 const ANYWHERE: f64 = 100.0;
 
@@ -83,8 +86,27 @@ pub struct Alone {
     pub gain: f64,
 }
 
+/// What is unknown of the sonars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unknown {
+    /// Their mounts, and the scales and offsets of their ranges.
+    Mounts,
+    /// Their clocks.
+    Clocks,
+}
+
+impl Unknown {
+    fn of_sonar(self) -> &'static [(Quantity, f64)] {
+        match self {
+            Self::Mounts => &OF_SONAR,
+            Self::Clocks => &CLOCK_OF_SONAR,
+        }
+    }
+}
+
 struct Problem<'a> {
     scene: &'a Scene,
+    unknown: Unknown,
     /// When the clocks started.
     origin_ns: i64,
     keys: Vec<KeyPose>,
@@ -124,8 +146,13 @@ struct Residual {
 }
 
 /// What the ranges of a replay say of its parameters; `None` where there is too little.
-pub fn estimate(scene: &Scene, replay: &Replay<'_>, outcome: &Outcome) -> Option<RangeEstimate> {
-    let problem = Problem::new(scene, replay, outcome);
+pub fn estimate(
+    scene: &Scene,
+    unknown: Unknown,
+    replay: &Replay<'_>,
+    outcome: &Outcome,
+) -> Option<RangeEstimate> {
+    let problem = Problem::new(scene, unknown, replay, outcome);
     let mut state = problem.start(outcome);
     let mut matches = Vec::new();
     let mut factor = None;
@@ -196,8 +223,53 @@ impl RangeEstimate {
     }
 }
 
+impl RangeEstimate {
+    /// One value that some parameters have together, the others being as configured.
+    pub fn common(&self, parameters: &[Parameter]) -> Option<Alone> {
+        let is_part = |own: &Parameter| f64::from(u8::from(parameters.contains(own)));
+        let all =
+            DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(is_part));
+        let toward = &self.information * &all;
+        let information = all.dot(&toward);
+        let gradient = self.together.dot(&toward);
+        let (value, deviation) = (gradient / information, (1.0 / information).sqrt());
+        (information > 0.0).then(|| Alone {
+            values: parameters.iter().map(|of| (*of, value)).collect(),
+            deviations: vec![deviation; parameters.len()],
+            gain: gradient * value / 2.0,
+        })
+    }
+
+    /// How late each sonar is stamped, with its standard deviation, where their clocks are unknown.
+    pub fn delays(&self) -> Vec<(Parameter, f64, f64)> {
+        let Some(covariance) = self.information.clone().try_inverse() else {
+            return Vec::new();
+        };
+        let shared = self
+            .parameters
+            .iter()
+            .position(|own| *own == Parameter::RangeDelay);
+        let of = |at: usize| self.together.get(at).copied().unwrap_or(0.0);
+        let both = |a: usize, b: usize| covariance.get((a, b)).copied().unwrap_or(0.0);
+        let own = self.parameters.iter().enumerate();
+        let own = own.filter(|(_, own)| matches!(own, Parameter::Sonar(_, Quantity::Delay)));
+        // What all share and what each has alone are not told apart; their sum is.
+        own.map(|(at, own)| {
+            let (delay, variance) = match shared {
+                Some(all) => (
+                    of(all) + of(at),
+                    both(all, all) + 2.0 * both(all, at) + both(at, at),
+                ),
+                None => (of(at), both(at, at)),
+            };
+            (*own, delay, variance.max(0.0).sqrt())
+        })
+        .collect()
+    }
+}
+
 impl<'a> Problem<'a> {
-    fn new(scene: &'a Scene, replay: &Replay<'_>, outcome: &Outcome) -> Self {
+    fn new(scene: &'a Scene, unknown: Unknown, replay: &Replay<'_>, outcome: &Outcome) -> Self {
         let odometry = &replay.log().events.odometry;
         let keys = key_poses(replay.frames());
         let drift = outcome.joint().map(|joint| joint.path.drift);
@@ -208,6 +280,7 @@ impl<'a> Problem<'a> {
         };
         Self {
             scene,
+            unknown,
             origin_ns: odometry.first().map_or(0, |sample| sample.stamp_ns),
             by_scales: by_scales(scene, replay),
             ahead: pings.clone().map(ahead).collect(),
@@ -221,13 +294,14 @@ impl<'a> Problem<'a> {
     }
 
     fn parameters(&self) -> usize {
-        SHARED.len() + OF_SONAR.len() * self.scene.mounts.len()
+        SHARED.len() + self.unknown.of_sonar().len() * self.scene.mounts.len()
     }
 
     fn named(&self) -> Vec<Parameter> {
         let shared = SHARED.iter().map(|(parameter, _)| *parameter);
         let sonars = (0..).zip(&self.scene.mounts).flat_map(|(sonar, _)| {
-            OF_SONAR.map(|(of, _)| Parameter::Sonar(Whose::One(SonarId(sonar)), of))
+            let own = self.unknown.of_sonar().iter();
+            own.map(move |(of, _)| Parameter::Sonar(Whose::One(SonarId(sonar)), *of))
         });
         shared.chain(sonars).collect()
     }
@@ -236,12 +310,27 @@ impl<'a> Problem<'a> {
     fn before(&self) -> impl Iterator<Item = f64> {
         let shared = SHARED.iter().map(|(_, before)| *before);
         let sonars = self.scene.mounts.iter();
-        shared.chain(sonars.flat_map(|_| OF_SONAR.map(|(_, before)| before)))
+        let own = |_| self.unknown.of_sonar().iter().map(|(_, before)| *before);
+        shared.chain(sonars.flat_map(own))
     }
 
     /// Where the unknowns of a sonar begin.
-    fn own(ping: &Ping) -> usize {
-        SHARED.len() + OF_SONAR.len() * ping.sonar.index()
+    fn own(&self, ping: &Ping) -> usize {
+        SHARED.len() + self.unknown.of_sonar().len() * ping.sonar.index()
+    }
+
+    /// Where the scale and the offset of a sonar's ranges stand, where they are unknown.
+    fn of_range(&self, ping: &Ping) -> Option<[usize; 2]> {
+        let own = self.own(ping);
+        (self.unknown == Unknown::Mounts).then_some([own + 2, own + 3])
+    }
+
+    /// The scale and the offset of a sonar's ranges.
+    fn scale_and_offset(&self, state: &State, ping: &Ping) -> [f64; 2] {
+        let places = self.of_range(ping);
+        places.map_or([1.0, 0.0], |[scale, offset]| {
+            [1.0 + state.of(scale), state.of(offset)]
+        })
     }
 
     fn start(&self, outcome: &Outcome) -> State {
@@ -260,16 +349,18 @@ impl<'a> Problem<'a> {
     fn by_parameters(&self, at: usize, ping: &Ping) -> impl Iterator<Item = (usize, Vec2)> {
         let seconds = ping.stamp_ns.saturating_sub(self.origin_ns) as f64 * 1e-9;
         let x = self.ahead.get(at).copied().unwrap_or_default();
-        let own = Self::own(ping);
-        let by = [
-            (2, -ping.velocity),
-            (3, -ping.velocity * seconds),
-            (own, x),
-            (own + 1, Vec2::new(-x.y, x.x)),
-        ];
+        let own = self.own(ping);
+        let by = [(2, -ping.velocity), (3, -ping.velocity * seconds)];
+        let of_sonar = match self.unknown {
+            Unknown::Mounts => [Some((own, x)), Some((own + 1, Vec2::new(-x.y, x.x)))],
+            Unknown::Clocks => [Some((own, -ping.velocity)), None],
+        };
         let by_scales = self.by_scales.get(at).filter(|_| self.drift.is_none());
         let by_scales = by_scales.map(|[distance, turn]| [(0, *distance), (1, *turn)]);
-        by.into_iter().chain(by_scales.into_iter().flatten())
+        let of_sonar = of_sonar.into_iter().flatten();
+        by.into_iter()
+            .chain(of_sonar)
+            .chain(by_scales.into_iter().flatten())
     }
 
     /// Where the sensor is.
@@ -299,7 +390,7 @@ impl<'a> Problem<'a> {
                 continue;
             };
             let sensor = self.sensor(state, at, ping);
-            let [scale, offset] = state.of_range(ping);
+            let [scale, offset] = self.scale_and_offset(state, ping);
             let wide = gate + SIGMAS * (variance + OF_MAP * OF_MAP).sqrt();
             let near = |(at, place): (usize, &Place)| {
                 let predicted = place.landmark.predict(sensor)?;
@@ -349,19 +440,21 @@ impl<'a> Problem<'a> {
         let sensor = self.sensor(state, one.ping, ping);
         let landmark = state.places.get(one.place)?.landmark;
         let predicted = landmark.predict(sensor)?;
-        let [scale, offset] = state.of_range(ping);
+        let [scale, offset] = self.scale_and_offset(state, ping);
         let measured = (predicted.range - offset) / scale;
         let by_sensor = predicted.by_sensor / scale;
-        let own = Self::own(ping);
+        let of_range = self.of_range(ping);
+        let of_range = of_range.map(|[of_scale, of_offset]| {
+            [(of_scale, -measured / scale), (of_offset, -1.0 / scale)]
+        });
         let place = self.parameters() + 2 * one.place;
         let by_parameters = self.by_parameters(one.ping, ping);
         let by_parameters =
             by_parameters.map(|(at, by)| (at, by_sensor.x * by.x + by_sensor.y * by.y));
         Some(Residual {
             by_shared: by_parameters
+                .chain(of_range.into_iter().flatten())
                 .chain([
-                    (own + 2, -measured / scale),
-                    (own + 3, -1.0 / scale),
                     (place, predicted.by_landmark.x / scale),
                     (place + 1, predicted.by_landmark.y / scale),
                 ])
@@ -493,12 +586,6 @@ impl<'a> Problem<'a> {
 impl State {
     fn of(&self, parameter: usize) -> f64 {
         self.parameters.get(parameter).copied().unwrap_or(0.0)
-    }
-
-    /// The scale and the offset of a sonar's ranges.
-    fn of_range(&self, ping: &Ping) -> [f64; 2] {
-        let own = Problem::own(ping);
-        [1.0 + self.of(own + 2), self.of(own + 3)]
     }
 }
 

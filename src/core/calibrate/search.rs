@@ -1,10 +1,12 @@
 //! Tries what may be off: each candidate is applied, the log replayed, and kept where its own map explains
 //! it in fewer bits.
 
+use super::borne_out::Heard;
 use super::candidate::{Candidate, Estimated, Estimates, are_clear};
 use super::change::Change;
 use super::far_off::{TRIALS, far_off};
-use super::parameter::{Parameter, Whose};
+use super::mistaken::mistaken;
+use super::parameter::{Parameter, Quantity, Whose};
 use crate::core::bits::Bits;
 use crate::core::config::{Config, Poses};
 use crate::core::event::OdometrySample;
@@ -37,6 +39,9 @@ const TROUBLED: f64 = 0.8;
 
 /// A path at which more than this is explained is what was off.
 const WELL: f64 = 0.95;
+
+/// A path is corrected by less of a share by chance.
+const LEAST_TOO_SHORT: f64 = 0.01;
 
 /// What leaves more than half of a log unexplained is not what was off.
 const HALF: f64 = 0.5;
@@ -109,6 +114,8 @@ struct Tried {
     estimates: Estimates,
     /// The corrected path, where poses were estimated.
     path: Option<Vec<OdometrySample>>,
+    /// By what share odometry's distances are too short by that path.
+    too_short: f64,
 }
 
 /// What changes are tried on.
@@ -168,6 +175,11 @@ fn corrected(replay: &Replay<'_>, outcome: &Outcome) -> Option<Vec<OdometrySampl
     Some(corrected.collect())
 }
 
+/// By what share a corrected path has odometry's distances too short.
+fn too_short(outcome: &Outcome) -> f64 {
+    outcome.joint().map_or(0.0, |joint| joint.scales[0])
+}
+
 fn is_of_one_sonar(group: &[Parameter]) -> bool {
     let is_one = |parameter: &Parameter| matches!(parameter, Parameter::Sonar(Whose::One(_), _));
     group.iter().all(is_one)
@@ -189,6 +201,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
         standing: first,
         estimates: Estimates::new(replay, outcome),
         path: corrected(replay, outcome),
+        too_short: too_short(outcome),
     };
     let mut causes = Vec::new();
     while causes.len() < MOST_CAUSES {
@@ -229,10 +242,15 @@ impl Searcher<'_> {
         }
     }
 
-    /// The log as it is now, at the poses of its corrected path; `None` where there is none.
+    /// The log as it is now, at the poses of its corrected path, or of odometry where that stands; `None` where it is
+    /// not asked whether it does.
     fn held(&mut self, now: &Tried) -> Option<Ground> {
-        let path = now.path.as_ref()?;
         let mut held = self.ground(now);
+        let Some(path) = now.path.as_ref() else {
+            held.config.poses = Poses::Odometry;
+            held.is_held = true;
+            return (self.config.poses == Poses::Joint).then_some(held);
+        };
         held.base.apply(&mut held.log.events);
         held.base.apply_clocks(&mut held.config);
         held.base = Change::default();
@@ -272,6 +290,7 @@ impl Searcher<'_> {
             standing: Standing::of(outcome),
             estimates: Estimates::new(replay, outcome),
             path: corrected(replay, outcome),
+            too_short: too_short(outcome),
         })
     }
 
@@ -279,7 +298,8 @@ impl Searcher<'_> {
     /// drift: what the poses of odometry say stands between.
     fn candidates(&mut self, now: &Tried) -> Vec<Candidate> {
         let mut both = self.far_off(now);
-        let first = now.estimates.candidates();
+        both.extend(of_path(now));
+        let first = candidates_of(&now.estimates);
         let share = now.standing.bits.explained_share();
         if now.path.is_none() || share.is_some_and(|share| share > WELL) {
             both.extend(first);
@@ -288,7 +308,7 @@ impl Searcher<'_> {
         let mut by_odometry = self.ground(now);
         by_odometry.config.poses = Poses::Odometry;
         let by_odometry = self.tried(now, &by_odometry, &Change::default());
-        let mut second = by_odometry.map_or_else(Vec::new, |tried| tried.estimates.candidates());
+        let mut second = by_odometry.map_or_else(Vec::new, |tried| candidates_of(&tried.estimates));
         second.reverse();
         for candidate in first {
             both.extend(second.pop());
@@ -347,11 +367,12 @@ impl Searcher<'_> {
                 break;
             }
             trials += 1;
-            // What one sonar is off hardly moves the path.
-            if now.path.is_some() && is_of_one_sonar(&group) {
+            // What one sonar is off hardly moves the path, and where odometry's stands nothing does.
+            let is_at_held = now.path.is_none() || is_of_one_sonar(&group);
+            if is_at_held {
                 held = held.or_else(|| self.held(now));
             }
-            let at = held.as_ref().filter(|_| is_of_one_sonar(&group));
+            let at = held.as_ref().filter(|_| is_at_held);
             let Some((found, gain)) = self.settled(now, at.unwrap_or(&as_it_is), candidate) else {
                 continue;
             };
@@ -370,6 +391,10 @@ impl Searcher<'_> {
         let most = tried.iter().map(|(_, _, gain)| *gain).fold(0.0, f64::max);
         // Of those that gain as much, the likelier one.
         tried.retain(|(_, _, gain)| *gain > AS_WELL * most);
+        // And of these one with which odometry stands as it is.
+        if tried.iter().any(|(_, found, _)| found.path.is_none()) {
+            tried.retain(|(_, found, _)| found.path.is_none());
+        }
         let mut tried = tried.into_iter();
         let (group, best, _) = tried.next()?;
         let mut rivals: Vec<Vec<Estimated>> = tried
@@ -407,17 +432,15 @@ impl Searcher<'_> {
     /// What a cause must gain, bits.
     fn least(&self, group: &[Parameter], held: Option<&Ground>, both: [&Tried; 2]) -> f64 {
         let [now, found] = both;
-        // Odometry's own poses may drift, and what fits them then fits by chance, too.
-        let may_drift =
-            self.config.poses == Poses::Odometry || now.path.is_some() || found.path.is_some();
-        let of_arc = if held.is_some() {
-            0.0
-        } else if may_drift {
-            LEAST_GAIN_OF_A_PATH
-        } else if is_of_one_sonar(group) {
-            0.0
-        } else {
-            LEAST_GAIN_OF_ALL
+        // Odometry's own poses may drift, and what fits them then fits by chance, too. With what makes a correction
+        // needless they do not.
+        let is_mended = now.path.is_some() && found.path.is_none();
+        let may_drift = self.config.poses == Poses::Odometry || found.path.is_some();
+        let of_arc = match held {
+            Some(_) if is_of_one_sonar(group) => 0.0,
+            Some(_) => LEAST_GAIN_OF_ALL,
+            None if is_mended || !may_drift => LEAST_GAIN_OF_ALL,
+            None => LEAST_GAIN_OF_A_PATH,
         };
         let of_arcs = of_arc * now.standing.bits.arcs as f64;
         of_arcs.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64)
@@ -468,6 +491,38 @@ impl Searcher<'_> {
         let found = self.tried(now, &self.ground(now), &change)?;
         (found.standing.gain_over(&now.standing) > 0.0).then_some((found, gain))
     }
+}
+
+/// What may be off by a replay: what is far off first, since it leads least squares astray.
+fn candidates_of(estimates: &Estimates) -> Vec<Candidate> {
+    let scene = estimates.scene();
+    let mut all = mistaken(&Heard::new(scene), &scene.mounts);
+    all.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    all.extend(estimates.candidates());
+    all
+}
+
+/// What a path that was corrected by a share everywhere stands for: an odometry that is too short by it, or ranges that
+/// are too long.
+fn of_path(now: &Tried) -> Vec<Candidate> {
+    if now.too_short.abs() < LEAST_TOO_SHORT {
+        return Vec::new();
+    }
+    let ranges = Parameter::Sonar(Whose::All, Quantity::RangeScale);
+    let both = [
+        (Parameter::OdometryScale, now.too_short),
+        (ranges, 1.0 / (1.0 + now.too_short) - 1.0),
+    ];
+    let gain = now.standing.bits.arcs as f64;
+    both.map(|(parameter, value)| Candidate {
+        values: vec![Estimated {
+            parameter,
+            value,
+            deviation: 0.0,
+        }],
+        gain,
+    })
+    .to_vec()
 }
 
 impl Tried {

@@ -1,7 +1,7 @@
 //! A change of parameters as keys of `tmam.toml`.
 
 use super::keys;
-use crate::core::calibrate::change::{Change, configured_range};
+use crate::core::calibrate::change::{Change, configured_delay, configured_range};
 use crate::core::calibrate::parameter::{Parameter, Quantity, Whose};
 use crate::core::config::Config;
 use crate::core::event::{Events, Sonar, SonarId};
@@ -69,8 +69,9 @@ fn key_of(path: &[&str], configured: f64, value: f64, decimals: i32) -> ChangedK
     let unit = libm::pow(10.0, f64::from(decimals));
     ChangedKey {
         path: path.iter().map(|part| (*part).to_owned()).collect(),
-        configured: libm::round(configured * unit) / unit,
-        value: libm::round(value * unit) / unit,
+        // Zero has no sign.
+        configured: libm::round(configured * unit) / unit + 0.0,
+        value: libm::round(value * unit) / unit + 0.0,
     }
 }
 
@@ -144,6 +145,8 @@ fn of_sonar(
         add("range_scale", scale, scale * more, 5);
         add("range_offset", offset, offset * more + beyond, 4);
     }
+    let delay = configured_delay(config, name);
+    add("range_delay", delay, delay + own(Quantity::Delay), 4);
     changed
 }
 

@@ -144,6 +144,7 @@ pub const KEYS: &[Key] = &[
     key("sonar.*.max_range", Plain, Above(0.0), "m; before the message's"),
     key("sonar.*.range_scale", Plain, Above(0.0), "what its ranges are multiplied with; default: that of all sonars"),
     key("sonar.*.range_offset", Plain, Any, "m added to its ranges after that; default: that of all sonars"),
+    key("sonar.*.range_delay", Plain, Any, "s that its ranges are stamped later than those of the others"),
 
     key("channel.*.type", Plain, Any, "type of the messages, where the log does not say it"),
     key("channel.*.range", Plain, Any, "path of the range, or of an array of them"),

@@ -15,6 +15,7 @@ use super::sonars::Placing;
 use super::stamps::{self, Clock, ClockSet};
 use super::tracks::one_track;
 use super::traits::Traits;
+use super::transforms::TransformTree;
 use super::{channels as found, hits, repeats};
 use crate::core::calibrate::change::Change;
 use crate::core::config::channel::of_topic;
@@ -22,6 +23,7 @@ use crate::core::config::{Config, Jumps};
 use crate::core::event::Events;
 use crate::core::legible::one_line;
 use crate::core::log::Log;
+use crate::core::pattern::is_chosen;
 use crate::core::wording::{counted, counted_with, few};
 
 /// A log that can be replayed.
@@ -136,7 +138,7 @@ fn put_together(
     lost.extend(without_pose(&odometry));
     let names = frames.transforms.frames().into_iter();
     let names = names.map(str::to_owned).collect();
-    let placing = Placing {
+    let mut placing = Placing {
         frames: &names,
         odometry_topic: &odometry.topic,
         world_frame: &odometry.world_frame,
@@ -144,6 +146,18 @@ fn put_together(
         transforms: &frames.transforms,
         config,
     };
+    let unturned = frames.transforms.with_unturned();
+    let unturned = unturned.filter(|_| !placing.places_any(&gathered.sources));
+    notes.extend(unturned.as_ref().unwrap_or(&frames.transforms).note());
+    if let Some(transforms) = &unturned {
+        placing.transforms = transforms;
+        let taken: Vec<String> = transforms.unturned().map(|f| format!("`{f}`")).collect();
+        notes.push(format!(
+            "the quaternions of the transforms of {} are zero, and no sonar has another mount; they are taken for \
+             frames that are not turned",
+            few(&taken)
+        ));
+    }
     let placed = match placing.place(&gathered.sources, gathered.readings, notes) {
         Ok(placed) => placed,
         Err(error) => {
@@ -154,6 +168,8 @@ fn put_together(
     };
     let (sonars, mut readings, mut left_out) = (placed.sonars, placed.readings, placed.left_out);
     lost.extend(placed.losses);
+    let names = || sonars.iter().map(|sonar| sonar.name.as_str());
+    notes.extend(idle("input.sonars", &config.input.sonars, "sonar", names()));
     left_out.extend(unplaced);
     let mut samples = odometry.samples;
     samples.sort_by_key(|sample| sample.stamp_ns);
@@ -222,6 +238,11 @@ fn put_together(
         clock_set,
         left_out,
         traits: Traits {
+            unturned: unturned
+                .iter()
+                .flat_map(TransformTree::unturned)
+                .map(str::to_owned)
+                .collect(),
             poses: odometry.traits,
             mounts: placed.traits,
             world_frame: odometry.world_frame,
@@ -251,6 +272,29 @@ fn note(
     notes.extend(unused.map(|topic| {
         format!("the configuration describes channel `{topic}`, which the log does not have")
     }));
+    let input = &config.input;
+    let topics = || channels.iter().map(|channel| channel.topic.as_str());
+    for (key, patterns) in [
+        ("input.range_topics", &input.range_topics),
+        ("input.odometry_topics", &input.odometry_topics),
+        ("input.transform_topics", &input.transform_topics),
+    ] {
+        notes.extend(idle(key, patterns, "topic", topics()));
+    }
+    let transforms = &frames.transforms;
+    let frame = input.robot_frame.as_deref();
+    let frames = transforms.frames();
+    let of_ranges = || gathered.sources.iter().map(|source| &*source.key.frame);
+    let is_idle = |frame: &&str| {
+        odometry.robot_frame != *frame
+            && !frames.contains(frame)
+            && !of_ranges().any(|of| of == *frame)
+    };
+    notes.extend(frame.filter(is_idle).map(|frame| {
+        format!(
+            "input.robot_frame = `{frame}` changes nothing: no odometry, transform or range names that frame"
+        )
+    }));
     let unstamped = gathered.unstamped + odometry.unstamped;
     if unstamped > 0 {
         notes.push(format!(
@@ -258,7 +302,6 @@ fn note(
             counted_with(unstamped, "message", "has", "have")
         ));
     }
-    notes.extend(frames.transforms.note());
     if odometry.role == Role::Pose && config.input.odometry_topics.is_empty() {
         notes.push(format!(
             "the log has no odometry; the poses on {} are taken for it",
@@ -266,6 +309,32 @@ fn note(
         ));
     }
     notes.extend(odometry.notes.iter().cloned());
+}
+
+/// That patterns of the configuration match nothing of the log.
+fn idle<'a>(
+    key: &str,
+    patterns: &[String],
+    what: &str,
+    names: impl Iterator<Item = &'a str>,
+) -> Option<String> {
+    let names: Vec<&str> = names.collect();
+    let is_idle = |pattern: &&String| {
+        let pattern = std::slice::from_ref(*pattern);
+        !names.iter().any(|name| is_chosen(pattern, name))
+    };
+    let idle: Vec<String> = patterns
+        .iter()
+        .filter(is_idle)
+        .map(|pattern| format!("`{pattern}`"))
+        .collect();
+    (!idle.is_empty()).then(|| {
+        format!(
+            "{key}: {} {} no {what} of the log",
+            few(&idle),
+            if idle.len() == 1 { "matches" } else { "match" }
+        )
+    })
 }
 
 /// That poses were left out, which are no poses.

@@ -139,13 +139,28 @@ pub struct TransformMessage<'m> {
     pub parent: Cow<'m, str>,
     /// Empty where the message does not name it.
     pub child: Cow<'m, str>,
-    /// `None` where a number is not finite or the quaternion is zero.
+    /// `None` where a number is not finite or no robot can be there.
     pub parent_from_child: Option<Isometry3<f64>>,
     /// The orientation as the message has it, x, y, z and w, of whatever length; `None` where it has none.
     pub quaternion: Option<[f64; 4]>,
     /// Speed forward and to the left, metres per second, and turn, radians per second, where the message has
     /// them.
     pub twist: Option<[f64; 3]>,
+}
+
+/// A quaternion that is no longer stands for no turn.
+pub const NO_TURN: f64 = 1e-6;
+
+/// The length of a quaternion.
+pub fn norm([x, y, z, w]: [f64; 4]) -> f64 {
+    (x * x + y * y + z * z + w * w).sqrt()
+}
+
+impl TransformMessage<'_> {
+    /// Whether its quaternion is zero, as of messages that were never given one.
+    pub fn is_unturned(&self) -> bool {
+        self.quaternion.is_some_and(|parts| norm(parts) <= NO_TURN)
+    }
 }
 
 /// Where the beams of a sonar ring ended; which sonar a point is of is not said.

@@ -41,6 +41,8 @@ pub struct Odometry {
 struct Named {
     world_frame: String,
     robot_frame: String,
+    /// Whether their quaternions are zero.
+    are_unturned: bool,
     samples: Vec<OdometrySample>,
     /// The speeds that come with the samples: as long as the poses of these are all the same, or as the path is made
     /// of them.
@@ -139,7 +141,10 @@ impl Odometry {
             true => "",
             false => &*pose.child,
         };
-        let is_same = |n: &Named| n.world_frame == pose.parent && n.robot_frame == child;
+        let are_unturned = pose.is_unturned();
+        let is_same = |n: &Named| {
+            n.world_frame == pose.parent && n.robot_frame == child && n.are_unturned == are_unturned
+        };
         let place = self.poses.iter().position(is_same);
         let Some(sample) = (pose.parent_from_child.as_ref())
             .filter(|_| place.is_some() || self.poses.len() < MOST_NAMES)
@@ -153,6 +158,7 @@ impl Odometry {
             self.poses.push(Named {
                 world_frame: pose.parent.to_string(),
                 robot_frame: child.to_owned(),
+                are_unturned,
                 samples: Vec::new(),
                 twists: Vec::new(),
                 traits: PoseTraits::default(),
@@ -201,7 +207,15 @@ impl Odometry {
     /// All of it under the frames that most of its messages name: a node may have been started again with
     /// other names. Where only a few messages do, they are lost.
     pub fn choose(self, topic: String) -> Option<Chosen> {
-        let mut poses = self.poses;
+        let (unturned, turned): (Vec<_>, Vec<_>) =
+            self.poses.into_iter().partition(|named| named.are_unturned);
+        let count = |poses: &[Named]| poses.iter().map(|n| n.samples.len() as u64).sum::<u64>();
+        let were_unturned = count(&unturned);
+        // Where all are, it is the driver's way to say nothing, and where the robot was is all there is to go by.
+        let (mut poses, unusable) = match turned.is_empty() {
+            true => (unturned, 0),
+            false => (turned, were_unturned),
+        };
         // Of equally many the first.
         let most = (0..poses.len())
             .rev()
@@ -234,6 +248,12 @@ impl Odometry {
             )
         });
         let mut notes: Vec<String> = beside.collect();
+        if named.are_unturned {
+            notes.push(format!(
+                "the quaternions of {} on {topic} are zero; all are taken for poses that are not turned",
+                counted(were_unturned, "pose")
+            ));
+        }
         let all: Vec<String> = others.iter().map(names).collect();
         let note = (!all.is_empty()).then(|| {
             format!(
@@ -266,7 +286,7 @@ impl Odometry {
             samples: named.samples,
             messages: self.messages,
             unstamped: self.unstamped,
-            unusable: self.unusable,
+            unusable: self.unusable + unusable,
             clock: self.clock,
         })
     }

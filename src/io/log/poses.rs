@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
-use super::message::{Content, FARTHEST, TransformMessage};
+use super::message::{Content, FARTHEST, NO_TURN, TransformMessage};
 use super::value::{Field, FieldError, Fields, Value};
 
 /// `nav_msgs/Odometry`.
@@ -109,8 +109,7 @@ fn transform<'m>(
     })
 }
 
-/// The pose made of a position and a quaternion; `None` where a number is not finite or the quaternion is
-/// zero.
+/// The pose made of a position and a quaternion; `None` where a number is not finite.
 ///
 /// # Errors
 /// A field that is not there.
@@ -144,7 +143,7 @@ pub fn placed(position: Vector3<f64>, turn: UnitQuaternion<f64>) -> Option<Isome
     is_place.then(|| Isometry3::from_parts(position.into(), turn))
 }
 
-fn turn_of<'p, 'f, 'm>([_, _, _, turn @ ..]: &'p [Field<'f, 'm>; 7]) -> &'p [Field<'f, 'm>; 4] {
+pub fn turn_of<'p, 'f, 'm>([_, _, _, turn @ ..]: &'p [Field<'f, 'm>; 7]) -> &'p [Field<'f, 'm>; 4] {
     turn
 }
 
@@ -154,7 +153,8 @@ pub fn as_written(turn: &[Field<'_, '_>; 4]) -> Option<[f64; 4]> {
     Some([x?, y?, z?, w?])
 }
 
-/// The turn that a quaternion (x, y, z, w) stands for; `None` where it is zero or not finite.
+/// The turn that a quaternion (x, y, z, w) stands for; `None` where it is not finite. One that is zero was never set:
+/// none, which [`TransformMessage::is_unturned`] tells.
 ///
 /// # Errors
 /// A field that is not there.
@@ -163,8 +163,10 @@ pub fn rotation(
 ) -> Result<Option<UnitQuaternion<f64>>, FieldError> {
     let orientation = Quaternion::new(w.number()?, x.number()?, y.number()?, z.number()?);
     let norm = orientation.norm();
-    let is_turn = norm.is_finite() && norm > 1e-6;
-    Ok(is_turn.then(|| UnitQuaternion::from_quaternion(orientation)))
+    Ok(norm.is_finite().then(|| match norm > NO_TURN {
+        true => UnitQuaternion::from_quaternion(orientation),
+        false => UnitQuaternion::identity(),
+    }))
 }
 
 #[cfg(test)]
@@ -194,14 +196,18 @@ mod tests {
     }
 
     #[test]
-    fn a_quaternion_of_zero_is_no_pose() {
+    fn a_quaternion_of_zero_is_no_turn_and_is_told() {
         let text = r#"{"header":{"stamp":{"sec":1,"nanosec":0},"frame_id":"map"},"pose":{
             "position":{"x":1,"y":2,"z":0},"orientation":{"x":0,"y":0,"z":0,"w":0}}}"#;
-        let pose = |text: &str| odometry_of("geometry_msgs/PoseStamped", text).parent_from_child;
-        assert_eq!(pose(text), None);
+        let read = |text: &str| odometry_of("geometry_msgs/PoseStamped", text);
+        let unturned = read(text);
+        assert!(unturned.is_unturned());
+        let pose = unturned.parent_from_child.unwrap();
+        assert_eq!((pose.translation.y, pose.rotation.angle()), (2.0, 0.0));
         let turned = text.replace("\"w\":0", "\"w\":3");
-        assert!(pose(&turned).is_some());
-        assert_eq!(pose(&turned.replace("\"x\":1", "\"x\":1e9")), None);
+        assert!(!read(&turned).is_unturned() && read(&turned).parent_from_child.is_some());
+        let far = read(&turned.replace("\"x\":1", "\"x\":1e9"));
+        assert_eq!(far.parent_from_child, None);
     }
 
     #[test]

@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::message::{Content, HitsMessage, MOST_SONARS, RangeMessage};
-use super::poses::foxglove_isometry;
+use super::message::{Content, HitsMessage, MOST_SONARS, NO_TURN, RangeMessage, norm};
+use super::poses::{as_written, foxglove_isometry, turn_of};
 use super::value::{Field, FieldError, Fields, Value};
 
 /// `sensor_msgs/Range` in both its forms: Humble's has no `variance`.
@@ -66,7 +66,8 @@ pub fn laser_scan<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError
 pub fn foxglove_scan<'m>(fields: &Fields<'_, 'm>) -> Result<Content<'m>, FieldError> {
     let [stamp, frame, ranges, start, end, is_there, pose @ ..] = fields.all::<13>();
     let frame_from_scan = if is_there.is_there() {
-        let pose = foxglove_isometry(&pose)?;
+        let is_turn = as_written(turn_of(&pose)).is_none_or(|turn| norm(turn) > NO_TURN);
+        let pose = foxglove_isometry(&pose)?.filter(|_| is_turn);
         let expected = "a finite pose with a quaternion that is not zero";
         pose.ok_or_else(|| is_there.missing(expected))?
     } else {

@@ -9,11 +9,12 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::error::{LogError, MissingMount};
 use super::stamps::Clock;
-use super::traits::MountTraits;
+use super::traits::{Contradicted, MountTraits};
 use super::transforms::{Mount, NoMount, TransformTree};
 use crate::core::config::{BeamAxis, Config, MountsLie, SonarOverride};
 use crate::core::event::{RangeReading, Sonar, SonarId};
 use crate::core::geometry::{Pose2, direction};
+use crate::core::pattern::is_chosen;
 use crate::core::wording::{counted, few, plural};
 
 /// What tells one sonar from another.
@@ -162,9 +163,19 @@ struct Named<'a> {
     lacking: u64,
     /// Whether limits of it stood in each other's place.
     swapped: bool,
+    /// Whether transforms put it in two places.
+    is_contradicted: bool,
 }
 
 impl Placing<'_> {
+    /// Whether any sonar has a mount.
+    pub fn places_any(&self, sources: &[Source]) -> bool {
+        let mut untold = Vec::new();
+        let named = self.name(sources, &mut untold);
+        let robot_frame = self.robot_frame(&named, &mut untold);
+        robot_frame.is_ok_and(|frame| named.iter().any(|sonar| self.mount(sonar, &frame).is_ok()))
+    }
+
     /// The sonars by name, and their readings by stamp; these come with the places of their sources
     /// for ids. A sonar that cannot be placed, or has no beam width, is left out.
     ///
@@ -182,6 +193,7 @@ impl Placing<'_> {
         order.sort_by_cached_key(|place| named.get(*place).map(|sonar| sonar.name.clone()));
         let (mut sonars, mut left_out, mut losses) = (Vec::new(), Vec::new(), Vec::new());
         let mut traits = Vec::new();
+        let rivals = self.transforms.with_rivals();
         for place in &order {
             let Some(sonar) = named.get_mut(*place) else {
                 continue;
@@ -195,7 +207,9 @@ impl Placing<'_> {
                         topic: sonar.source.key.topic.clone(),
                         robot_from_sensor: mount.robot_from_sensor,
                     });
-                    traits.push(self.traits(sonar, &robot_frame, &mount));
+                    let of = self.traits(sonar, &robot_frame, &mount, rivals.as_ref());
+                    sonar.is_contradicted = of.contradicted.is_some();
+                    traits.push(of);
                 }
                 Err(why) => {
                     losses.push(format!(
@@ -254,6 +268,7 @@ impl Placing<'_> {
         sonar: &Named<'_>,
         robot_frame: &Result<String, Vec<String>>,
         mount: &Mount,
+        rivals: Option<&TransformTree>,
     ) -> MountTraits {
         let frame = sonar.source.key.frame.as_str();
         let robot_frame = robot_frame.as_deref().unwrap_or_default();
@@ -262,7 +277,22 @@ impl Placing<'_> {
         let place = place.filter(|_| !is_given && self.config.sonars.beam_axis == BeamAxis::X);
         let down = place.map(|(place, _)| (place.rotation * Vector3::y()).z);
         let carrier = self.transforms.carrier(frame, self.world_frame);
+        let contradicted = self.transforms.contradicted(frame, robot_frame);
+        let contradicted = contradicted.filter(|_| !is_given).zip(rivals);
+        let contradicted = contradicted.and_then(|((frame, turns), rivals)| {
+            let other = Placing {
+                transforms: rivals,
+                ..*self
+            }
+            .mount(sonar, robot_frame);
+            Some(Contradicted {
+                frame: frame.to_owned(),
+                turns,
+                robot_from_sensor: other.ok()?.robot_from_sensor,
+            })
+        });
         MountTraits {
+            contradicted,
             frame: frame.to_owned(),
             infrared: sonar.source.infrared,
             in_degrees: sonar.source.in_degrees,
@@ -477,9 +507,21 @@ impl Placing<'_> {
                 placed: None,
                 lacking: 0,
                 swapped: false,
+                is_contradicted: false,
             }
         });
-        let named = named.collect();
+        let named: Vec<Named<'s>> = named.collect();
+        let is_idle = |sonar: &&Named<'_>| {
+            let is_described = self.config.sonar.contains_key(&sonar.name);
+            is_described && !is_chosen(&self.config.input.sonars, &sonar.name)
+        };
+        let idle: Vec<&Named<'_>> = named.iter().filter(is_idle).collect();
+        if !idle.is_empty() {
+            notes.push(format!(
+                "{UNUSED} {}, which --sensor (input.sonars) leaves out: it changes no arc",
+                which(&idle)
+            ));
+        }
         let unused: Vec<String> = unused.iter().map(|name| format!("`{name}`")).collect();
         if !unused.is_empty() {
             notes.push(format!(
@@ -582,7 +624,7 @@ fn on_mounts(named: &[&Named<'_>]) -> Vec<String> {
             ),
         ),
         told(
-            &|_, mount| mount.moved,
+            &|sonar, mount| mount.moved && !sonar.is_contradicted,
             "the mount of {} moves on /tf; its first pose is taken for the whole log",
             "the mounts of {} move on /tf; their first poses are taken for the whole log",
         ),

@@ -1,6 +1,6 @@
 //! What a log says besides readings and poses in the plane, for those who hold it against physics.
 
-use super::message::TransformMessage;
+use super::message::{TransformMessage, norm};
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Pose2, Vec2, angle_between, wrap_angle};
 
@@ -10,6 +10,8 @@ pub struct Traits {
     pub poses: PoseTraits,
     /// Of each sonar, in the order of [`Events::sonars`](crate::core::event::Events::sonars).
     pub mounts: Vec<MountTraits>,
+    /// Frames whose transforms have a quaternion of zero and are taken for not turned.
+    pub unturned: Vec<String>,
     /// Frame that the odometry is in; may be empty.
     pub world_frame: String,
     /// Frame that the odometry moves; may be empty.
@@ -28,8 +30,21 @@ pub struct MountTraits {
     pub moved: bool,
     /// Whether its frame has y pointing down, as the frames of cameras have.
     pub is_optical: bool,
+    /// Where it would be by what else is said of a frame on the way to it.
+    pub contradicted: Option<Contradicted>,
     /// The top of the transforms that do not move between it and the robot, if that is not the robot's frame.
     pub carrier: Option<String>,
+}
+
+/// A mount of which transforms say two things.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contradicted {
+    /// The frame of which they do.
+    pub frame: String,
+    /// How often what is said goes from one to the other.
+    pub turns: u64,
+    /// By what is not used.
+    pub robot_from_sensor: Pose2,
 }
 
 /// A quaternion whose length is off by more than this is none.
@@ -96,11 +111,11 @@ impl PoseTraits {
     pub fn take(&mut self, message: &TransformMessage<'_>, sample: OdometrySample) {
         self.poses += 1;
         if let Some([x, y, z, w]) = message.quaternion {
-            let length = (x * x + y * y + z * z + w * w).sqrt();
+            let length = norm([x, y, z, w]);
             self.lengths = [self.lengths[0].min(length), self.lengths[1].max(length)];
             if (length - 1.0).abs() > OFF_UNIT {
                 self.off_unit += 1;
-                let of_plane = x == 0.0 && y == 0.0 && (w == 0.0 || w == 1.0);
+                let of_plane = x == 0.0 && y == 0.0 && z != 0.0 && (w == 0.0 || w == 1.0);
                 self.heading_for_quaternion += u64::from(of_plane);
             }
         }

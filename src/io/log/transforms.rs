@@ -17,6 +17,8 @@ pub struct TransformTree {
     edges: BTreeMap<String, Edge>,
     /// How often the transform of a frame was no pose.
     unusable: BTreeMap<String, u64>,
+    /// Transforms whose quaternion is zero, of frames that have no other: the first.
+    unturned: BTreeMap<String, Edge>,
 }
 
 /// No robot has more frames; further ones are passed over.
@@ -28,6 +30,80 @@ struct Edge {
     parent_from_child: Isometry3<f64>,
     origin: Origin,
     moved: bool,
+    rival: Option<Rival>,
+}
+
+/// What else is said of the transform of a frame, as by another publisher.
+#[derive(Debug, Clone)]
+struct Rival {
+    parent: String,
+    parent_from_child: Isometry3<f64>,
+    /// How often what is said goes from one to the other.
+    turns: u64,
+    /// Whether it was said last.
+    is_last: bool,
+    /// Whether something else is said as well.
+    is_of_many: bool,
+}
+
+impl Edge {
+    fn says(&self, parent: &str, parent_from_child: &Isometry3<f64>) -> bool {
+        self.parent == parent && is_near(&self.parent_from_child, parent_from_child)
+    }
+
+    /// Hears the same frame again; whether something else is said of it.
+    fn hear(&mut self, parent: &str, parent_from_child: &Isometry3<f64>) -> bool {
+        let is_other = !self.says(parent, parent_from_child);
+        match &mut self.rival {
+            Some(rival) => {
+                rival.turns += u64::from(rival.is_last != is_other);
+                rival.is_last = is_other;
+                let is_new = is_other
+                    && !(rival.parent == parent
+                        && is_near(&rival.parent_from_child, parent_from_child));
+                if is_new {
+                    parent.clone_into(&mut rival.parent);
+                    rival.parent_from_child = *parent_from_child;
+                    rival.is_of_many = true;
+                }
+            }
+            None if is_other => {
+                self.rival = Some(Rival {
+                    parent: parent.to_owned(),
+                    parent_from_child: *parent_from_child,
+                    turns: 1,
+                    is_last: true,
+                    is_of_many: false,
+                });
+            }
+            None => {}
+        }
+        is_other
+    }
+
+    /// Puts what was said last in the place of what was said before.
+    fn follow(&mut self, origin: Origin) {
+        self.origin = origin;
+        if let Some(rival) = &mut self.rival {
+            std::mem::swap(&mut self.parent, &mut rival.parent);
+            std::mem::swap(&mut self.parent_from_child, &mut rival.parent_from_child);
+            rival.is_last = false;
+        }
+    }
+
+    /// What contradicts it: a fixed transform has one place, and what goes to and fro between two of them does not move.
+    fn contradicted(&self) -> Option<&Rival> {
+        const IN_TURN: u64 = 3;
+        self.rival.as_ref().filter(|rival| {
+            self.origin == Origin::Fixed || (rival.turns >= IN_TURN && !rival.is_of_many)
+        })
+    }
+}
+
+/// Whether two transforms are the same, but for what a publisher rounds.
+fn is_near(one: &Isometry3<f64>, other: &Isometry3<f64>) -> bool {
+    let change = one.inv_mul(other);
+    change.translation.vector.norm() <= 1e-3 && change.rotation.imag().norm() <= 1e-3
 }
 
 /// Where a transform comes from; a later one stands before an earlier.
@@ -109,18 +185,36 @@ impl TransformTree {
         if known.is_none() && frames >= MOST_FRAMES {
             return;
         }
-        let Some(parent_from_child) = transform.parent_from_child else {
+        let is_unturned = transform.is_unturned();
+        let Some(parent_from_child) = transform.parent_from_child.filter(|_| !is_unturned) else {
             let child = transform.child.into_owned();
+            if let Some(parent_from_child) = transform.parent_from_child {
+                self.unturned.entry(child.clone()).or_insert(Edge {
+                    parent: transform.parent.into_owned(),
+                    parent_from_child,
+                    origin,
+                    moved: false,
+                    rival: None,
+                });
+            }
             *self.unusable.entry(child).or_default() += 1;
             return;
         };
         match known {
-            Some(known) if known.origin > origin => {}
-            Some(known) if known.origin == origin && origin == Origin::Moving => {
-                let change = known.parent_from_child.inv_mul(&parent_from_child);
-                known.moved |= known.parent != transform.parent
-                    || change.translation.vector.norm() > 1e-3
-                    || change.rotation.imag().norm() > 1e-3;
+            // A description says how a robot was meant to be.
+            Some(known) if origin == Origin::Description && known.origin > origin => {}
+            Some(known)
+                if known.origin > origin || origin == Origin::Moving && known.origin == origin =>
+            {
+                let is_other = known.hear(&transform.parent, &parent_from_child);
+                known.moved |= is_other && known.origin == Origin::Moving;
+            }
+            Some(known) if known.origin != Origin::Description && origin == Origin::Fixed => {
+                if known.hear(&transform.parent, &parent_from_child) {
+                    known.follow(origin);
+                }
+                known.origin = origin;
+                known.moved = false;
             }
             _ => {
                 let edge = Edge {
@@ -128,6 +222,7 @@ impl TransformTree {
                     parent_from_child,
                     origin,
                     moved: false,
+                    rival: None,
                 };
                 self.edges.insert(transform.child.into_owned(), edge);
             }
@@ -149,10 +244,62 @@ impl TransformTree {
                 }
             }
         }
+        for (child, edge) in other.unturned {
+            self.unturned.entry(child).or_insert(edge);
+        }
         for (child, count) in other.unusable {
             *self.unusable.entry(child).or_default() += count;
         }
         differs
+    }
+
+    /// With the transforms whose quaternion is zero taken for frames that are not turned; `None` where there are none.
+    pub fn with_unturned(&self) -> Option<Self> {
+        let is_lacking = |child: &String| !self.edges.contains_key(child);
+        if !self.unturned.keys().any(is_lacking) {
+            return None;
+        }
+        let mut taken = self.clone();
+        for (child, edge) in self.unturned.iter().filter(|(child, _)| is_lacking(child)) {
+            taken.edges.insert(child.clone(), edge.clone());
+            taken.unusable.remove(child);
+        }
+        Some(taken)
+    }
+
+    /// The frames of which that is so.
+    pub fn unturned(&self) -> impl Iterator<Item = &str> {
+        let frames = self.unturned.keys().map(String::as_str);
+        frames
+            .filter(|frame| self.edges.contains_key(*frame) && !self.unusable.contains_key(*frame))
+    }
+
+    /// With what else is said of frames whose transforms are contradicted; `None` where none are.
+    pub fn with_rivals(&self) -> Option<Self> {
+        let is_contradicted = |edge: &Edge| edge.contradicted().is_some();
+        if !self.edges.values().any(is_contradicted) {
+            return None;
+        }
+        let mut other = self.clone();
+        for edge in other
+            .edges
+            .values_mut()
+            .filter(|edge| is_contradicted(edge))
+        {
+            edge.follow(edge.origin);
+        }
+        Some(other)
+    }
+
+    /// The frame on the way from a sensor's to the robot's of which two things are said, and how often what is said goes
+    /// from one to the other.
+    pub fn contradicted(&self, sensor_frame: &str, robot_frame: &str) -> Option<(&str, u64)> {
+        let line = self.ancestry(sensor_frame).into_iter();
+        let mut below = line.take_while(|ancestor| ancestor.frame != robot_frame);
+        below.find_map(|ancestor| {
+            let (frame, edge) = self.edges.get_key_value(ancestor.frame)?;
+            Some((frame.as_str(), edge.contradicted()?.turns))
+        })
     }
 
     /// What a person is told of transforms that are none.

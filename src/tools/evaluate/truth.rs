@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::matching::{Comparison, LINE_OFFSET, POINT_DISTANCE, compare};
+use crate::core::calibrate::change::{configured_delay, nanoseconds};
 use crate::core::event::{OdometrySample, RangeReading, Return, SonarId};
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::odometry::Track;
@@ -377,7 +378,10 @@ impl Truth {
                     }
                 }
             };
-            self.recorded.insert((truth.stamp_ns, *sonar), target);
+            // The replay has its stamps put right.
+            let delay_ns = nanoseconds(configured_delay(replay.config(), &truth.sonar));
+            let stamp_ns = truth.stamp_ns.saturating_sub(delay_ns);
+            self.recorded.insert((stamp_ns, *sonar), target);
         }
         Ok(())
     }

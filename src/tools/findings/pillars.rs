@@ -1,7 +1,7 @@
 //! Round pillars: each is a point somewhere else from wherever it is seen, and its ranges seem too short
 //! (Kuc and Siegel 1987).
 
-use super::examined::{Examined, Tried};
+use super::examined::Examined;
 use super::finding::{Finding, Weight};
 
 /// In a log of which more is explained they do no harm.
@@ -16,9 +16,10 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     if explained.share > WELL || of.survey.config.noise_aware.circles || of.is_long() {
         return None;
     }
+    // A path that settles otherwise explains more without a single pillar.
     let tried = of
         .tried("noise_aware.circles = true")
-        .filter(Tried::is_most)?;
+        .filter(|tried| tried.is_most() && tried.with.circles > 0)?;
     Some(
         Finding::new(
             Weight::Serious,

@@ -33,9 +33,13 @@ fn quaternions(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
     }
     let [shortest, longest] = poses.lengths;
     let mut what = format!(
-        "{} of {} have an orientation that is no unit quaternion: its length is {shortest:.2} to {longest:.2}",
+        "{} of {} have an orientation that is no unit quaternion: {}",
         poses.off_unit,
-        counted(poses.poses, "pose")
+        counted(poses.poses, "pose"),
+        match longest > 0.0 {
+            true => format!("its length is {shortest:.2} to {longest:.2}"),
+            false => "it was never set, and is zero".to_owned(),
+        }
     );
     let mut mend =
         "mend the driver: a heading is x = 0, y = 0, z = sin(yaw/2), w = cos(yaw/2)".to_owned();

@@ -9,6 +9,7 @@ use crate::core::config::Config;
 use crate::core::log::Log;
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::statistics::fraction;
+use crate::core::tmam::feature::{Kind, Status};
 use crate::io::log;
 use crate::observe::features::Counts;
 use crate::tools::sweep::score::Score;
@@ -103,6 +104,8 @@ pub struct Explained {
     pub share: f64,
     /// Bits that an arc takes, the map included.
     pub bits: f64,
+    /// Round pillars in the map.
+    pub circles: usize,
 }
 
 impl Explained {
@@ -111,6 +114,10 @@ impl Explained {
         Self {
             share: fraction(score.explained.unwrap_or_default(), score.arcs),
             bits: score.bits.unwrap_or(f64::INFINITY),
+            circles: (outcome.map.iter())
+                .filter(|feature| feature.status == Status::Confirmed)
+                .filter(|feature| feature.shape.kind() == Kind::Circle)
+                .count(),
         }
     }
 

@@ -20,8 +20,13 @@ pub enum SimulateError {
     #[error("--needs takes {}", super::untold::KEYS)]
     CannotNeed,
     /// A sonar that the ring does not have.
-    #[error("no sonar is called {0:?}; they are called sonar_00, sonar_01 and so on")]
-    NoSuchSonar(String),
+    #[error("no sonar is called {name:?}; there are {}", sonars.join(", "))]
+    NoSuchSonar {
+        /// As named.
+        name: String,
+        /// Those there are.
+        sonars: Vec<String>,
+    },
     /// A way-point that is not two numbers.
     #[error("{0:?} is not a way-point; write x,y in metres, with spaces between way-points")]
     WaypointText(String),
@@ -86,6 +91,22 @@ pub enum SimulateError {
     /// The log could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+}
+
+/// Refuses a name that no sonar has.
+pub fn known<'a>(
+    name: &str,
+    mut sonars: impl Iterator<Item = &'a str> + Clone,
+) -> Result<(), SimulateError> {
+    let names = sonars.clone().map(str::to_owned);
+    let unknown = || SimulateError::NoSuchSonar {
+        name: name.to_owned(),
+        sonars: names.collect(),
+    };
+    sonars
+        .any(|sonar| sonar == name)
+        .then_some(())
+        .ok_or_else(unknown)
 }
 
 /// Refuses a parameter outside `allowed`; `valid` is false for NaN when it is a comparison.

@@ -1,14 +1,16 @@
 //! What a log says otherwise than it is: the configuration that would mend it is what is true of the robot.
 
+use crate::core::calibrate::change::configured_delay;
 use crate::core::config::{Config, SonarDefaults, SonarOverride};
 use crate::core::geometry::Pose2;
 
-use super::error::SimulateError;
+use super::error::{SimulateError, known};
 use super::ring::Mount;
 
 /// The keys that a log can be made to need.
 pub const KEYS: &str = "input.range_delay, input.range_clock_rate, input.odometry_scale, input.odometry_turn_scale, \
-     sonars.range_scale, sonars.range_offset, and x, y, yaw, range_scale and range_offset of sonar.NAME";
+     sonars.range_scale, sonars.range_offset, and x, y, yaw, range_scale, range_offset and \
+     range_delay of sonar.NAME";
 
 /// A configuration that the log needs to be right.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,14 +37,13 @@ impl Untold {
                 yaw: None,
                 range_scale: None,
                 range_offset: None,
+                range_delay: None,
                 ..sonar
             };
             if others != SonarOverride::default() {
                 return Err(SimulateError::CannotNeed);
             }
-            if !told.iter().any(|mount| mount.name == name) {
-                return Err(SimulateError::NoSuchSonar(name));
-            }
+            known(&name, told.iter().map(|mount| mount.name.as_str()))?;
         }
         if rest == plain {
             Ok(())
@@ -69,9 +70,9 @@ impl Untold {
     }
 
     /// How long after the start a reading is said to be taken, nanoseconds.
-    pub fn stamp_after_ns(&self, after_ns: i64) -> i64 {
+    pub fn stamp_after_ns(&self, after_ns: i64, sonar: &str) -> i64 {
         let input = &self.0.input;
-        let late = after_ns as f64 + input.range_delay * 1e9;
+        let late = after_ns as f64 + (input.range_delay + configured_delay(&self.0, sonar)) * 1e9;
         libm::rint(late / (1.0 - input.range_clock_rate)) as i64
     }
 

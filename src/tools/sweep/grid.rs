@@ -22,6 +22,8 @@ pub struct Axis {
     pub values: Vec<f64>,
     /// Whether they are to be added to what is configured.
     pub is_relative: bool,
+    /// The keys of all sonars that the path's pattern matches, each with what the values are added to.
+    pub stands_for: Vec<(Vec<String>, f64)>,
 }
 
 /// Why something cannot be swept.
@@ -96,7 +98,7 @@ impl Axis {
             text: text(),
             source,
         };
-        let table: Table = format!("{key} = 0")
+        let table: Table = format!("{} = 0", with_quoted_stars(key))
             .parse()
             .map_err(|source| bad(ConfigError::Malformed(Box::new(source))))?;
         let path = path(&table);
@@ -124,6 +126,38 @@ impl Axis {
             path,
             values,
             is_relative: around.is_some(),
+            stands_for: Vec::new(),
+        })
+    }
+
+    /// The pattern of the sonars that are swept together.
+    pub fn pattern(&self) -> Option<&str> {
+        match self.parts().as_slice() {
+            ["sonar", name, _] if name.contains('*') && self.stands_for.is_empty() => Some(*name),
+            _ => None,
+        }
+    }
+
+    /// The same for the sonars that the pattern matches; what is relative is so to what is configured of each.
+    pub fn for_each(
+        &self,
+        sonars: &[&str],
+        configured: &dyn Fn(&Self) -> Option<f64>,
+    ) -> Option<Self> {
+        let keys = sonars.iter().map(|sonar| {
+            let mut key = self.clone();
+            key.path = self.path.clone();
+            *key.path.get_mut(1)? = (*sonar).to_owned();
+            let from = match self.is_relative {
+                true => configured(&key)?,
+                false => 0.0,
+            };
+            Some((key.path, from))
+        });
+        Some(Self {
+            stands_for: keys.collect::<Option<_>>()?,
+            is_relative: false,
+            ..self.clone()
         })
     }
 
@@ -139,8 +173,7 @@ impl Axis {
 
     /// The key as TOML has it.
     pub fn key(&self) -> String {
-        let quoted: Vec<String> = self.path.iter().map(|part| keys::part(part)).collect();
-        quoted.join(".")
+        key(&self.path)
     }
 
     /// What a table calls it: the key without its first part, or what tells it from others.
@@ -165,14 +198,23 @@ impl Axis {
         }
     }
 
-    /// A value as a line of `tmam.toml`.
-    pub fn line(&self, value: f64) -> String {
-        // What is whole may be a count.
-        if value.fract() == 0.0 && value.abs() < 1e15 {
-            format!("{} = {value:.0}", self.key())
-        } else {
-            format!("{} = {value:?}", self.key())
+    /// A value as lines of `tmam.toml`.
+    pub fn lines(&self, value: f64) -> Vec<String> {
+        let line = |path: &[String], value: f64| {
+            let key = key(path);
+            // What is whole may be a count.
+            if value.fract() == 0.0 && value.abs() < 1e15 {
+                format!("{key} = {value:.0}")
+            } else {
+                format!("{key} = {value:?}")
+            }
+        };
+        if self.stands_for.is_empty() {
+            return vec![line(&self.path, value)];
         }
+        let all = self.stands_for.iter();
+        all.map(|(path, from)| line(path, rounded(from + value)))
+            .collect()
     }
 
     /// The key, part by part.
@@ -193,6 +235,22 @@ impl Axis {
             _ => false,
         }
     }
+}
+
+/// A path as TOML has it.
+fn key(path: &[String]) -> String {
+    let quoted: Vec<String> = path.iter().map(|part| keys::part(part)).collect();
+    quoted.join(".")
+}
+
+/// A key with the quotes that TOML asks for around a pattern: `sonar.*.yaw`.
+fn with_quoted_stars(key: &str) -> String {
+    let is_bare = |part: &&str| part.contains('*') && !part.contains(['"', '\'']);
+    let quoted = key.split('.').map(|part| match is_bare(&part) {
+        true => format!("\"{part}\""),
+        false => part.to_owned(),
+    });
+    quoted.collect::<Vec<_>>().join(".")
 }
 
 /// The path of a table's only leaf.
@@ -305,24 +363,22 @@ impl Grid {
         Ok(Self { axes })
     }
 
-    /// The same with what is relative around what is configured.
+    /// The same with other axes, as the log has them.
     ///
     /// # Errors
-    /// What `configured` does not know, and as [`Self::new`].
-    pub fn around<E: From<AxisError>>(
+    /// What `of_log` does not know, and as [`Self::new`].
+    pub fn resolved<E: From<AxisError>>(
         &self,
-        configured: impl Fn(&Axis) -> Result<f64, E>,
+        of_log: impl Fn(&Axis) -> Result<Axis, E>,
     ) -> Result<Self, E> {
-        let resolved = self.axes.iter().map(|axis| match axis.is_relative {
-            true => Ok(axis.around(configured(axis)?)),
-            false => Ok(axis.clone()),
-        });
+        let resolved = self.axes.iter().map(of_log);
         Ok(Self::new(resolved.collect::<Result<_, E>>()?)?)
     }
 
-    /// Whether values of an axis are relative to what is configured.
-    pub fn is_relative(&self) -> bool {
-        self.axes.iter().any(|axis| axis.is_relative)
+    /// Whether the log says what is meant by an axis.
+    pub fn is_of_log(&self) -> bool {
+        let mut axes = self.axes.iter();
+        axes.any(|axis| axis.is_relative || axis.pattern().is_some())
     }
 
     /// What is swept.
@@ -372,7 +428,9 @@ impl Grid {
         let mut config = base.clone();
         // Each by itself: TOML does not take two dotted keys of a table that is closed.
         for (axis, value) in self.axes.iter().zip(values) {
-            config = overridden(&config, &axis.line(value))?;
+            for line in axis.lines(value) {
+                config = overridden(&config, &line)?;
+            }
         }
         check(&config)?;
         Ok(config)
@@ -381,8 +439,10 @@ impl Grid {
     /// The flags of `tmam replay` that give a cell.
     pub fn flags(&self, cell: usize) -> String {
         let values = self.values(cell).into_iter();
-        let flags = self.axes.iter().zip(values).map(|(axis, value)| {
-            let line = axis.line(value).replacen(" = ", "=", 1);
+        let lines = self.axes.iter().zip(values);
+        let lines = lines.flat_map(|(axis, value)| axis.lines(value));
+        let flags = lines.map(|line| {
+            let line = line.replacen(" = ", "=", 1);
             if line.contains(['"', ' ', '\'']) {
                 format!("--set '{line}'")
             } else {

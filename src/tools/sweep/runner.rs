@@ -12,6 +12,7 @@ use crate::core::config::Config;
 use crate::core::event::Sonar;
 use crate::core::legible::one_line;
 use crate::core::log::Log;
+use crate::core::pattern::is_chosen;
 use crate::core::replay::{Replay, ReplayError};
 use crate::core::world::World;
 use crate::io::config::file::{ConfigError, to_table};
@@ -125,16 +126,27 @@ impl Plan<'_> {
     /// # Errors
     /// A log that cannot be read as configured, and what is not configured.
     pub fn resolved(self) -> Result<Self, SweepError> {
-        if !self.grid.is_relative() {
+        if !self.grid.is_of_log() {
             return Ok(self);
         }
         let log = Gathered::read(self.log, self.config)?.log(self.config)?;
         know_sonars(self.grid.axes(), &log)?;
         let sigma = Replay::new(&log, self.config).ok();
         let sigma = sigma.and_then(|replay| replay.config().noise.sigma_abs);
-        let grid = self.grid.around(|axis| {
-            let configured = value(axis, self.config, &log.events.sonars, sigma);
-            configured.ok_or_else(|| SweepError::NothingConfigured { key: axis.key() })
+        let sonars = &log.events.sonars;
+        let configured = |axis: &Axis| value(axis, self.config, sonars, sigma);
+        let grid = self.grid.resolved(|axis| {
+            let nothing = || SweepError::NothingConfigured { key: axis.key() };
+            if let Some(pattern) = axis.pattern() {
+                let patterns = [pattern.to_owned()];
+                let names = sonars.iter().map(|sonar| sonar.name.as_str());
+                let names: Vec<&str> = names.filter(|name| is_chosen(&patterns, name)).collect();
+                axis.for_each(&names, &configured).ok_or_else(nothing)
+            } else if axis.is_relative {
+                Ok(axis.around(configured(axis).ok_or_else(nothing)?))
+            } else {
+                Ok(axis.clone())
+            }
         })?;
         Ok(Self { grid, ..self })
     }
@@ -319,6 +331,13 @@ fn know_sonars(axes: &[Axis], log: &Log) -> Result<(), SweepError> {
         let is_it = |sonar: &Sonar| {
             let rest = sonar.name.strip_prefix(name);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+                || axis
+                    .pattern()
+                    .is_some_and(|pattern| is_chosen(&[pattern.to_owned()], &sonar.name))
+                || axis
+                    .stands_for
+                    .iter()
+                    .any(|(path, _)| path.get(1) == Some(&sonar.name))
         };
         if !sonars.iter().any(is_it) {
             return Err(SweepError::NoSuchSonar {
@@ -353,6 +372,10 @@ fn idle(axes: &[Axis], config: &Config) -> Option<String> {
 
 /// What is configured on an axis: in the configuration, in the log's mounts, or measured.
 fn value(axis: &Axis, config: &Config, sonars: &[Sonar], sigma: Option<f64>) -> Option<f64> {
+    if !axis.stands_for.is_empty() {
+        let is_relative = axis.stands_for.iter().any(|(_, from)| *from != 0.0);
+        return is_relative.then_some(0.0);
+    }
     let mut inner = Some(Value::Table(to_table(config)));
     for part in &axis.path {
         inner = inner.and_then(|value| value.get(part).cloned());

@@ -116,7 +116,8 @@ fn odometry_of_which_no_message_holds_a_pose_is_told_as_that() {
     let bytes = changed(|mut message| {
         if message.topic == "/odom" {
             let x = position(&message.data);
-            message.data[x + 24..x + 56].fill(0);
+            // NaN
+            message.data[x + 24..x + 56].fill(0xff);
         }
         if message.topic == "/tf" {
             return Vec::new();
@@ -131,4 +132,21 @@ fn odometry_of_which_no_message_holds_a_pose_is_told_as_that() {
         info.contains("look at what publishes /odom: its messages hold no pose"),
         "{info}"
     );
+}
+
+#[test]
+fn odometry_without_a_turn_is_told_with_the_key_that_makes_the_path_of_its_speeds() {
+    let bytes = changed(|mut message| {
+        if message.topic == "/odom" {
+            let x = position(&message.data);
+            message.data[x + 24..x + 56].fill(0);
+        }
+        vec![message]
+    });
+    let said = [
+        "the quaternions of 1001 poses on /odom are zero",
+        "no unit quaternion: it was never set, and is zero",
+        "input.odometry_from_speeds = true (tried: ",
+    ];
+    says(&replay(&Bench::new(), &bytes), 0, &said);
 }

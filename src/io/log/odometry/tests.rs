@@ -230,3 +230,24 @@ fn transforms_that_hold_no_pose_are_counted() {
     let chosen = made.by_transforms(&Config::default()).unwrap().unwrap();
     assert_eq!((chosen.samples.len(), chosen.unusable), (10, 1));
 }
+
+#[test]
+fn poses_without_a_turn_are_lost_where_others_have_one_and_used_where_none_has() {
+    let take = |turned: &[bool]| {
+        let mut track = Odometry::new(Role::Odometry, false);
+        for (k, is_turned) in (1..).zip(turned) {
+            let w = f64::from(u8::from(*is_turned));
+            let pose = TransformMessage {
+                stamp_ns: k,
+                parent_from_child: Some(Isometry3::translation(k as f64, 0.0, 0.0)),
+                quaternion: Some([0.0, 0.0, 0.0, w]),
+                ..TransformMessage::default()
+            };
+            track.take(k, &pose);
+        }
+        let chosen = track.choose("/odom".to_owned()).unwrap();
+        (chosen.samples.len(), chosen.unusable, chosen.notes.len())
+    };
+    assert_eq!(take(&[false, true, true, false]), (2, 2, 0));
+    assert_eq!(take(&[false, false]), (2, 0, 1));
+}

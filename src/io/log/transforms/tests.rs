@@ -157,3 +157,63 @@ fn what_carries_a_sensor_stands_still_against_it() {
     );
     assert_eq!(tree.carrier("unknown", "odom"), None);
 }
+
+#[test]
+fn a_fixed_transform_that_says_two_things_is_contradicted_and_the_last_is_used() {
+    let at = |x: f64| transform("base_link", "sonar", [x, 0.0, 0.0], [0.0; 3]);
+    let mut tree = TransformTree::default();
+    for x in [0.1, 0.2, 0.1, 0.1, 0.2] {
+        tree.add(at(x), Origin::Fixed);
+    }
+    assert_eq!(tree.contradicted("sonar", "base_link"), Some(("sonar", 3)));
+    let used = mount(&tree, "base_link", "sonar").unwrap();
+    assert_eq!(used.robot_from_sensor.x, 0.2);
+    let other = mount(&tree.with_rivals().unwrap(), "base_link", "sonar").unwrap();
+    assert_eq!(other.robot_from_sensor.x, 0.1);
+}
+
+#[test]
+fn what_goes_to_and_fro_on_tf_is_contradicted_and_what_moves_is_not() {
+    let at = |x: f64| transform("base_link", "sonar", [x, 0.0, 0.0], [0.0; 3]);
+    let said = |places: &[f64]| {
+        let mut tree = TransformTree::default();
+        for x in places {
+            tree.add(at(*x), Origin::Moving);
+        }
+        let x = mount(&tree, "base_link", "sonar")
+            .unwrap()
+            .robot_from_sensor
+            .x;
+        assert_eq!(x, places[0]);
+        tree.contradicted("sonar", "base_link")
+            .map(|(_, turns)| turns)
+    };
+    assert_eq!(said(&[0.1, 0.2, 0.1, 0.2]), Some(3));
+    assert_eq!(said(&[0.1, 0.1, 0.2, 0.2]), None);
+    assert_eq!(said(&[0.1, 0.2, 0.3, 0.2, 0.1]), None);
+}
+
+#[test]
+fn a_quaternion_of_zero_is_taken_where_there_is_no_other() {
+    let unturned = |child: &str| TransformMessage {
+        quaternion: Some([0.0; 4]),
+        ..transform("base_link", child, [0.1, 0.0, 0.0], [0.0; 3])
+    };
+    let mut tree = TransformTree::default();
+    tree.add(unturned("front"), Origin::Fixed);
+    tree.add(unturned("left"), Origin::Fixed);
+    tree.add(
+        transform("base_link", "left", [0.2, 0.0, 0.0], [0.0; 3]),
+        Origin::Fixed,
+    );
+    assert!(tree.is_unusable("front") && mount(&tree, "base_link", "front").is_err());
+    let taken = tree.with_unturned().unwrap();
+    assert_eq!(taken.unturned().collect::<Vec<_>>(), ["front"]);
+    let x = |sonar| {
+        mount(&taken, "base_link", sonar)
+            .unwrap()
+            .robot_from_sensor
+            .x
+    };
+    assert_eq!((x("front"), x("left")), (0.1, 0.2));
+}

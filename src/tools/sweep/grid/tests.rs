@@ -50,14 +50,14 @@ fn what_is_no_axis_is_said() {
 fn a_key_keeps_its_quotes_and_a_count_stays_whole() {
     let axis = Axis::parse("sonar.\"/us front\".yaw", "-5:5:2.5").unwrap();
     assert_eq!(axis.path, ["sonar", "/us front", "yaw"]);
-    assert_eq!(axis.line(2.5), "sonar.\"/us front\".yaw = 2.5");
+    assert_eq!(axis.lines(2.5), ["sonar.\"/us front\".yaw = 2.5"]);
     assert_eq!(
         (axis.short().as_str(), axis.unit_name()),
         ("/us front.yaw", "deg")
     );
     assert!(axis.is_of_log() && !axis.is_decoding());
     let runs = Axis::parse("map.confirm_runs", "2:4:1").unwrap();
-    assert_eq!(runs.line(2.0), "map.confirm_runs = 2");
+    assert_eq!(runs.lines(2.0), ["map.confirm_runs = 2"]);
     assert!(!runs.is_of_log());
 }
 
@@ -141,4 +141,19 @@ fn what_is_neither_is_said() {
     assert!(said("triple.gamma=10:20").contains("has no step"));
     assert!(said("triple.gamma").contains("neither a number"));
     assert!(said("triple.gama=1:2:1").contains("did you mean `triple.gamma`?"));
+}
+
+#[test]
+fn a_pattern_stands_for_each_sonar_around_what_it_has() {
+    let axis = Axis::parse("sonar.us*.yaw", "+-5:5").unwrap();
+    assert_eq!(axis.pattern(), Some("us*"));
+    let configured = |axis: &Axis| Some(if axis.path[1] == "us0" { 10.0 } else { 20.0 });
+    let both = axis.for_each(&["us0", "us1"], &configured).unwrap();
+    assert_eq!(both.pattern(), None);
+    assert_eq!(
+        both.lines(-5.0),
+        ["sonar.us0.yaw = 5", "sonar.us1.yaw = 15"]
+    );
+    let flags = Grid::new(vec![both]).unwrap().flags(0);
+    assert_eq!(flags, "--set sonar.us0.yaw=5 --set sonar.us1.yaw=15");
 }
