@@ -379,6 +379,7 @@ impl Searcher<'_> {
             let values = found.values(&group, now);
             if gain > self.least(&group, at, [now, &found])
                 && found.standing.bits.explained_share() > Some(HALF)
+                && found.standing.bits.explained_share() >= now.standing.bits.explained_share()
                 && are_clear(&values, found.estimates.seconds)
                 && found.bears_out(&values)
             {
