@@ -60,7 +60,8 @@ const AT_FIRST: Drift = Drift {
 /// degrees of freedom (chi-bar-square).
 const DECISIVE: f64 = 2.7;
 
-/// A map that explains a smaller share of the arcs of the sonars that hear it does not say where the robot was.
+/// A map that explains a smaller share of the arcs does not say where the robot was: then only sonars of which more
+/// is explained are asked.
 const LEAST_EXPLAINED: f64 = 0.3;
 
 /// Of the arcs that are explained, the share that may be so no longer: features that were there twice
@@ -94,7 +95,7 @@ pub struct Evidence<'a> {
     pub frames: &'a [Frame],
     /// Every arc at the pose of odometry, by frame and sonar.
     pub arcs: &'a [Arc],
-    /// Sonars of which hardly a triple is explained: what they hear corrects no pose.
+    /// Sonars of which hardly a triple is explained: where the map explains little, they correct no pose.
     pub hardly: &'a BTreeSet<SonarId>,
 }
 
@@ -111,10 +112,11 @@ impl Evidence<'_> {
         }
     }
 
-    /// The arcs that correct poses.
-    fn heard(&self) -> Vec<Arc> {
-        let heard = |arc: &&Arc| !self.hardly.contains(&arc.id.sonar);
-        self.arcs.iter().filter(heard).copied().collect()
+    /// The arcs that correct poses, where the map of odometry explains such a share of all.
+    fn believed(&self, explained: f64) -> Vec<Arc> {
+        let believed =
+            |arc: &&Arc| explained >= LEAST_EXPLAINED || !self.hardly.contains(&arc.id.sonar);
+        self.arcs.iter().filter(believed).copied().collect()
     }
 }
 
@@ -233,7 +235,11 @@ pub fn estimate(
     start: Option<&JointEstimate>,
     config: &Config,
 ) -> Result<JointEstimate, OdometryKept> {
-    let mut solver = Solver::new(evidence, start, config);
+    let before = match start {
+        Some(start) => start.explained[0],
+        None => explained(map, evidence.arcs, config),
+    };
+    let mut solver = Solver::new(evidence, evidence.believed(before), start, config);
     let mut association = Association::of_replay(extractions, map);
     let owners = &mut association.owners;
     owners.retain(|arc, _| solver.places.contains_key(arc));
@@ -249,10 +255,6 @@ pub fn estimate(
     if !is_bounded(landmarks, keys) {
         return Err(OdometryKept::TooMuch { landmarks, keys });
     }
-    let before = match start {
-        Some(start) => start.explained[0],
-        None => explained(map, evidence.arcs, config),
-    };
     let Settled {
         solved,
         closures,
@@ -268,7 +270,11 @@ pub fn estimate(
     {
         return Err(OdometryKept::Agrees);
     }
-    if solver.drift.is_implausible() {
+    let most = match start {
+        Some(_) => Drift::MOST_CORRECTED,
+        None => Drift::MOST,
+    };
+    if solver.drift.exceeds(&most) {
         return Err(OdometryKept::Implausible(solver.drift));
     }
     let shared = solved.fitted.factor.shared_covariance();
@@ -280,9 +286,9 @@ pub fn estimate(
         let arcs = solver.corrected(arcs, &path, 1.0);
         explained(&features_given_path, &arcs, config)
     };
-    let heard = explained_of(&solver.arcs);
-    if heard < LEAST_EXPLAINED {
-        return Err(OdometryKept::LittleExplained(heard));
+    let of_believed = explained_of(&solver.arcs);
+    if of_believed < LEAST_EXPLAINED {
+        return Err(OdometryKept::LittleExplained(of_believed));
     }
     let after = explained_of(evidence.arcs);
     if after < before * (1.0 - SHARE_LOST) {
@@ -327,8 +333,12 @@ pub fn explained(map: &[MapFeature], arcs: &[Arc], config: &Config) -> f64 {
 }
 
 impl<'a> Solver<'a> {
-    fn new(evidence: &Evidence, start: Option<&JointEstimate>, config: &'a Config) -> Self {
-        let arcs = evidence.heard();
+    fn new(
+        evidence: &Evidence,
+        arcs: Vec<Arc>,
+        start: Option<&JointEstimate>,
+        config: &'a Config,
+    ) -> Self {
         Self {
             places: (arcs.iter().enumerate())
                 .map(|(place, arc)| (arc.id, place))

@@ -319,7 +319,7 @@ fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
     }
     let what = format!(
         "of which a wall or a point explains few triples: {}; what one alone saw on one visit \
-         stays tentative, and no pose is corrected by it",
+         stays tentative",
         hardly.join(", ")
     );
     rows.push(("sonars", hardly.len() as u64, what));

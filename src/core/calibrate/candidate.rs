@@ -196,7 +196,8 @@ impl Estimates {
         first
     }
 
-    /// The sonars whose clocks are late together, the others being right: those of a clock of their own.
+    /// The sonars whose clocks are late together, the others being right: two at least have a clock of their own. What
+    /// one alone is late, it may as well be off otherwise.
     fn of_clocks(&self) -> Option<Candidate> {
         let mut delays = self.clocks.as_ref()?.delays();
         delays.retain(|(_, _, deviation)| *deviation < ONE_CLOCK / 2.0);
@@ -217,6 +218,9 @@ impl Estimates {
             median(&of)
         };
         let group = if off(early) > off(late) { early } else { late };
+        if group.len() < 2 {
+            return None;
+        }
         let mut group: Vec<Parameter> = group.iter().map(|(parameter, ..)| *parameter).collect();
         group.sort();
         self.of(&group).filter(|found| found.is_clear(self.seconds))
@@ -235,7 +239,6 @@ impl Estimates {
             vec![of(Quantity::X), of(Quantity::Y)],
             vec![of(Quantity::RangeScale)],
             vec![of(Quantity::RangeOffset)],
-            vec![of(Quantity::Delay)],
         ];
         let others = all.iter().filter(|other| *other != group);
         others.filter_map(|other| self.of(other)).collect()
