@@ -270,11 +270,7 @@ pub fn estimate(
     {
         return Err(OdometryKept::Agrees);
     }
-    let most = match start {
-        Some(_) => Drift::MOST_CORRECTED,
-        None => Drift::MOST,
-    };
-    if solver.drift.exceeds(&most) {
+    if solver.drift.is_implausible() {
         return Err(OdometryKept::Implausible(solver.drift));
     }
     let shared = solved.fitted.factor.shared_covariance();

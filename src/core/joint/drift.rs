@@ -33,23 +33,12 @@ impl Drift {
         turn: 0.0,
     };
 
-    /// Half a metre after a metre, and half a radian after a metre or a radian: no noise is more.
-    pub const MOST: Self = Self {
-        distance: 0.5,
-        heading: 0.5,
-        turn: 0.5,
-    };
-
-    /// The same of an estimate from a replay whose poses are corrected already.
-    pub const MOST_CORRECTED: Self = Self {
-        heading: 0.1,
-        turn: 0.1,
-        ..Self::MOST
-    };
-
-    /// Whether any of it is more than that of another one.
-    pub fn exceeds(&self, most: &Self) -> bool {
-        self.distance > most.distance || self.heading > most.heading || self.turn > most.turn
+    /// Whether it is more than noise: half a metre or half a radian after a metre, or half a radian after a
+    /// radian.
+    pub fn is_implausible(&self) -> bool {
+        [self.distance, self.heading, self.turn]
+            .iter()
+            .any(|noise| *noise > 0.5)
     }
 
     /// Variance of a range along a bearing in the frame of odometry, square metres, by where the robot was between
