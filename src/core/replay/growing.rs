@@ -93,34 +93,16 @@ pub fn grown(
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
-    use std::io::Cursor;
 
     use super::*;
+    use crate::core::joint::testing::drifting_room;
     use crate::core::replay::Replay;
     use crate::core::tmam::arc::Arc;
-    use crate::io::log::read_with_truth_in;
-    use crate::tools::simulate::{Driving, Motion, OdometryNoise, Path, RangeNoise, Simulation};
 
     #[test]
     fn a_log_in_stages_has_the_path_of_the_whole() {
-        let simulation = Simulation {
-            path: Path::room().repeated(3).unwrap(),
-            motion: Motion::Driving(Driving::default()),
-            range_noise: RangeNoise {
-                sigma: 0.003,
-                ..RangeNoise::default()
-            },
-            odometry_noise: OdometryNoise {
-                distance: 0.01,
-                heading: 0.2_f64.to_radians(),
-                turn: 0.5_f64.to_radians(),
-            },
-            ..Simulation::default()
-        };
-        let bytes = simulation.write(Cursor::new(Vec::new())).unwrap();
         let config = Config::default();
-        let (log, _) =
-            read_with_truth_in(Cursor::new(bytes.into_inner()), "room.mcap", &config).unwrap();
+        let log = drifting_room(3);
         let replay = Replay::new(&log, &config).unwrap();
         let frames = replay.frames();
         let arcs: Vec<Arc> = (frames.iter())
