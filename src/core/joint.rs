@@ -283,6 +283,7 @@ fn estimate_by(
         .ok_or(OdometryKept::Undetermined)?;
     let undetermined = OdometryKept::Undetermined;
     if start.is_none()
+        && !is_told(config)
         && !solver
             .is_likelier(&association, &solved)
             .ok_or(undetermined)?
@@ -335,6 +336,13 @@ fn given(found: Drift, config: &Config) -> Drift {
         heading: config.noise.odometry_heading.unwrap_or(found.heading),
         turn: config.noise.odometry_turn.unwrap_or(found.turn),
     }
+}
+
+/// Whether the configuration says that odometry drifts: then ranges that would be as likely without say nothing
+/// against it.
+fn is_told(config: &Config) -> bool {
+    let told = given(Drift::NONE, config);
+    told != Drift::NONE
 }
 
 /// The share of arcs that a map explains.
@@ -603,11 +611,7 @@ impl Solver<'_> {
         let shape = association.feature(*kept)?.shape;
         (driven >= ELSEWHERE).then_some(Closure {
             kind: shape.kind(),
-            place: match shape {
-                Shape::Line(segment) => segment.mid,
-                Shape::Point(point) => point.position,
-                Shape::Circle(circle) => circle.center,
-            },
+            place: shape.middle(),
             frames: [first.id.frame, again.id.frame],
         })
     }

@@ -119,6 +119,24 @@ fn poses_that_are_exact_stay() {
 }
 
 #[test]
+fn what_is_told_of_odometry_is_believed() {
+    // The ranges of this drive are likelier without any drift.
+    let bench = driven(
+        "--noise 0.01 --odometry-noise 0.002 --heading-noise 0.05 --turn-noise 0.1 --seed 3",
+    );
+    let features = replayed(&bench, "--no-causes");
+    assert_eq!(features["poses"]["from"], "odometry");
+    let scores = evaluated(
+        &bench,
+        "--set noise.odometry_distance=0.002 --set noise.odometry_heading=0.05 --set noise.odometry_turn=0.1",
+    );
+    for kind in ["lines", "points"] {
+        let nees = number(&scores["confirmed"][kind]["errors"]["nees"]["mean"]);
+        assert!((0.05..3.0).contains(&nees), "{kind}: {nees}");
+    }
+}
+
+#[test]
 fn the_papers_rule_stays_with_odometry() {
     let bench = driven(&format!("--noise 0.003 {MUCH}"));
     assert_eq!(replayed(&bench, "--rule paper").get("poses"), None);

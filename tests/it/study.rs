@@ -184,9 +184,19 @@ fn the_page_holds_what_the_study_finds_in_other_worlds() {
 #[ignore = "takes minutes; docs/evaluation.md says how to run it"]
 fn the_page_holds_what_the_study_finds_of_poses() {
     let mut found = rows(&cases_of_poses(), FEWER_SEEDS, &Rules::poses());
-    let drive = Drive::MuchDrift;
-    let told = [0.003, 0.010].map(|sigma| Case { drive, sigma });
-    found.extend(rows(&told, FEWER_SEEDS, &Rules::told()));
+    // Metres and degrees, as the drives have it.
+    let told = [
+        (Drive::LittleDrift, 0.010, [0.002, 0.05, 0.1]),
+        (Drive::MuchDrift, 0.003, [0.01, 0.2, 0.5]),
+        (Drive::MuchDrift, 0.010, [0.01, 0.2, 0.5]),
+    ];
+    for (drive, sigma, noise) in told {
+        found.extend(rows(
+            &[Case { drive, sigma }],
+            FEWER_SEEDS,
+            &Rules::told(noise),
+        ));
+    }
     hold(POSES, &tables::poses(&found, FEWER_SEEDS));
 }
 

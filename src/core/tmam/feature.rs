@@ -162,6 +162,15 @@ impl Shape {
             Self::Circle(circle) => ((circle.center - place).norm() - circle.radius).abs(),
         }
     }
+
+    /// The middle of a segment or circle, or the point.
+    pub fn middle(&self) -> Vec2 {
+        match self {
+            Self::Line(segment) => segment.mid,
+            Self::Point(point) => point.position,
+            Self::Circle(circle) => circle.center,
+        }
+    }
 }
 
 impl Segment {

@@ -288,12 +288,12 @@ impl Rules {
     }
 
     /// The same estimate where the noise of odometry is told: half, just, and twice what much drift is.
-    pub fn told() -> Self {
+    pub fn told([distance, heading, turn]: [f64; 3]) -> Self {
         let rules = [("told half", 0.5), ("told", 1.0), ("told twice", 2.0)];
         Self(
             rules
                 .map(|(name, by)| {
-                    let [distance, heading, turn] = [0.01, 0.2, 0.5].map(|noise| noise * by);
+                    let [distance, heading, turn] = [distance, heading, turn].map(|noise| noise * by);
                     let text = format!(
                         "[noise]\nodometry_distance = {distance}\nodometry_heading = {heading}\nodometry_turn = {turn}"
                     );
