@@ -51,10 +51,13 @@ enum Command {
     Replay(Box<replay::Args>),
     Info(Box<info::Args>),
     Evaluate(Box<evaluate::Args>),
-    #[command(mut_arg("sensor", |arg| arg
-        .help("The arc is of a sonar with such a name; every sonar is replayed"))
+    #[command(
+        mut_arg("sensor", |arg| arg
+            .help("The arc is of a sonar with such a name; every sonar is replayed")),
+        mut_arg("method", |arg| arg.hide(true))
     )]
     Explain(Box<explain::Args>),
+    #[command(mut_arg("method", |arg| arg.hide(true)))]
     Calibrate(Box<calibrate::Args>),
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),

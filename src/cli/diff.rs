@@ -29,6 +29,9 @@ use crate::tools::golden::SHOWN;
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
+    override_usage = "\
+tmam diff [OPTIONS] <A> <B>
+       tmam diff [OPTIONS] <LOG> <--set-b KEY=VALUE|--config-b FILE.toml|--method-b METHOD>",
     after_help = "\
 Exit codes: 0 nothing differs; 1 something does; 2 usage or a file that cannot be read; 3 a log is \
 incomplete, or neither side holds a feature.
