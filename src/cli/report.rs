@@ -58,8 +58,7 @@ impl Args {
         }
         outcome.stretch = least_explained(&replay, &outcome);
         let problems = problems(&log, &setting, &outcome);
-        let path = replay.path(&outcome).into_iter();
-        let path: Vec<_> = path.map(|(_, pose)| pose.position()).collect();
+        let path = replay.path(&outcome);
         let named = quoted(&self.log.display().to_string()) + &self.parameters.as_typed();
         let html = page(&setting, &outcome, &path, &named, &problems);
         write_whole(&self.output, html.as_bytes())?;

@@ -51,7 +51,8 @@ pub use self::pairs::write_pairs;
 use self::plane::{Extent, PlaneOrigin};
 use self::reports::Reports;
 use self::robot::Robot;
-use self::suspects::Suspects;
+use self::suspects::{Ghosts, Suspects};
+use crate::core::config::Rule;
 use crate::core::event::SonarId;
 use crate::core::frames::Frame;
 use crate::core::observer::{Observer, ObserverError, Setting};
@@ -65,14 +66,18 @@ use crate::observe::viewer::{Carried, Error};
 /// What the angle plots are laid out for until the beams are known, radians.
 const USUAL_BEAM_WIDTH: f64 = 0.5;
 
+/// How far above a feature the name of what contradicts a label stands, of the greater side of the map.
+const NAME_ABOVE: f64 = 0.04;
+
 /// What looks the same in every recording.
-const LOOKS: [Entity; 10] = [
+const LOOKS: [Entity; 11] = [
     Entity::Arcs,
     Entity::Beams,
     Entity::ContactPoints,
     Entity::IntersectionPoints,
     Entity::Suspects,
     Entity::Contradicting,
+    Entity::ContradictingNames,
     Entity::Echoes,
     Entity::ClosedArcs,
     Entity::ClosedLines,
@@ -262,7 +267,14 @@ impl<'a> Recording<'a> {
         canvas.flush()?;
         let circles = self.setting.config.departures().circles;
         reports::put_lanes(self.seen.iter().copied(), circles, canvas)?;
-        let suspects = Suspects::draw(&self.reports, &step.reports, &step.predicting, canvas)?;
+        let ghosts = Ghosts {
+            features: &step.predicting,
+            // Under the paper's rule another map than the one that is drawn predicts.
+            has_ids: self.setting.config.rule == Rule::NoiseAware,
+            // A name stands clear of the id below the feature.
+            above: NAME_ABOVE * self.extent.bounds().size().amax(),
+        };
+        let suspects = Suspects::draw(&self.reports, &step.reports, &ghosts, canvas)?;
         if suspects.count > 0 {
             self.suspects = Some(suspects::table(&step.reports, &self.setting));
         }

@@ -67,7 +67,7 @@ pub fn write(
             let mut suspects: Vec<_> = suspects.collect();
             suspects.sort_by(|a, b| a.worse_first(b));
             let arcs: Vec<_> = suspects.iter().map(|report| report.arc).collect();
-            svg::write(out, &draw(path, &outcome.map, &arcs, None))
+            svg::write(out, &draw(path, &[], &outcome.map, &arcs, None))
         }
         Some(MapFormat::Pgm) => {
             let occupancy = Occupancy::of(outcome, path);

@@ -41,11 +41,12 @@ impl Stretch {
         let Some((delay, share)) = self.delay else {
             return text + "; something was off then";
         };
-        let word = if delay > 0.0 { "late" } else { "early" };
-        let delay = fixed(delay.abs(), 2);
-        format!(
-            "{text}; if they are stamped {delay} s too {word}, {} %",
-            percent(share)
-        )
+        let (to, came) = if delay > 0.0 {
+            ("earlier", "late")
+        } else {
+            ("later", "early")
+        };
+        let (delay, share) = (fixed(delay.abs(), 2), percent(share));
+        format!("{text}; with stamps {delay} s {to} {share} % are: they came {came}")
     }
 }

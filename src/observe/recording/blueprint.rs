@@ -105,7 +105,7 @@ pub fn put(layout: &ViewLayout, w: &mut Canvas<'_>) -> Result<(), Error> {
         below = BELOW;
     }
     w.container(SCENE, ContainerKind::Tabs, &tabs, &[])?;
-    w.container(LEFT, ContainerKind::Vertical, &[SCENE, below], &[3.0, 1.0])?;
+    w.container(LEFT, ContainerKind::Vertical, &[SCENE, below], &[2.4, 1.0])?;
     let (lanes, angles) = heights(layout.lanes);
     w.container(
         ANGLES,

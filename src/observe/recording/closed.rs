@@ -142,20 +142,21 @@ fn describe(extraction: &Extraction, sonar: &str) -> String {
         (Some(first), Some(last)) => format!("frames {}-{}", first.frame, last.frame),
         _ => "no frames".to_owned(),
     };
-    let fate = match extraction.action {
-        Action::Registered(id) => format!("new map {kind} {id}"),
-        Action::Merged(id) => match extraction.map_feature {
-            Some(feature) => format!("merged into map {kind} {id} (n {})", feature.readings),
-            None => format!("merged into map {kind} {id}"),
-        },
-        Action::Rejected(why) => format!("rejected, {}", in_words(why)),
-    };
-    format!(
-        "{kind} {} from {sonar}, {frames} ({}): {}{fate}",
+    let run = format!(
+        "run {} of {sonar}, {frames} ({})",
         extraction.id,
-        counted(extraction.associated.len() as u64, "reading"),
-        estimate(extraction),
-    )
+        counted(extraction.associated.len() as u64, "reading")
+    );
+    let estimate = estimate(extraction);
+    match extraction.action {
+        Action::Registered(id) => format!("new map {kind} {id}: {estimate} by {run}"),
+        Action::Merged(id) => {
+            let all = extraction.map_feature.map(|feature| feature.readings);
+            let all = all.map_or_else(String::new, |n| format!(" (n {n})"));
+            format!("map {kind} {id}{all} takes in {estimate} by {run}")
+        }
+        Action::Rejected(why) => format!("no {kind}, {}: {run}", in_words(why)),
+    }
 }
 
 fn estimate(extraction: &Extraction) -> String {
@@ -176,7 +177,7 @@ fn estimate(extraction: &Extraction) -> String {
         }
         None => return String::new(),
     };
-    format!("{place}, rms {:.1} mm; ", extraction.residual_rms * 1e3)
+    format!("{place}, rms {:.1} mm,", extraction.residual_rms * 1e3)
 }
 
 fn in_words(why: Rejection) -> &'static str {
@@ -252,16 +253,15 @@ mod tests {
         });
         assert_eq!(
             describe(&merged, "sonar_04"),
-            "line 3 from sonar_04, frames 12-19 (8 readings): \
-             rho 2.003 m, theta 90.1 deg, rms 3.1 mm; merged into map line 5 (n 23)"
+            "map line 5 (n 23) takes in rho 2.003 m, theta 90.1 deg, rms 3.1 mm, \
+             by run 3 of sonar_04, frames 12-19 (8 readings)"
         );
         assert_eq!(
             describe(
                 &extraction(Action::Rejected(Rejection::Singular), None),
                 "sonar_04"
             ),
-            "line 3 from sonar_04, frames 12-19 (8 readings): \
-             rejected, the readings do not determine it"
+            "no line, the readings do not determine it: run 3 of sonar_04, frames 12-19 (8 readings)"
         );
     }
 }

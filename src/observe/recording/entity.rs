@@ -57,6 +57,8 @@ pub enum Entity {
     AllSuspects,
     /// What contradicts those of a frame.
     Contradicting,
+    /// Their names, above them.
+    ContradictingNames,
     SuspectLog,
     /// The bounds that what decides is held against.
     Decisive,
@@ -147,6 +149,7 @@ impl Entity {
             Self::Suspects => "/world/suspects",
             Self::AllSuspects => "/world/suspects/all",
             Self::Contradicting => "/world/suspects/contradicting",
+            Self::ContradictingNames => "/world/suspects/contradicting/names",
             Self::SuspectLog => "/log/suspects",
             Self::Decisive => "/chi2/decisive",
             Self::Gate => "/chi2/gate",
@@ -180,7 +183,8 @@ impl Entity {
             // Wide bands below the arcs, so that their own colours stay to be seen.
             Self::Suspects => Look::strips(5.0, All(style::SUSPECT), 6.5).shown(true),
             Self::AllSuspects => Look::strips(2.0, All(style::FAINT_SUSPECT), 1.6).named(),
-            Self::Contradicting => Look::strips(1.5, All(style::CONTRADICTING), 8.5).shown(true),
+            Self::Contradicting => Look::strips(1.5, All(style::CONTRADICTING), 8.5),
+            Self::ContradictingNames => Look::dots(0.5, All(style::CONTRADICTING), 9.9).shown(true),
             Self::Echoes => Look::dots(1.25, Class, 1.2),
             Self::SonarNames => Look::dots(1.0, Each, 10.0).shown(true),
             Self::MapIds(_) => Look::dots(0.5, All(style::IDS), 9.8).shown(true),

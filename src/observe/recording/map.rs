@@ -108,14 +108,8 @@ impl DrawnMap {
             canvas.row(Entity::MapCircles(page), at, circles)?;
         }
         let ids = features().filter(|feature| feature.status == Status::Confirmed);
-        let ids = ids.map(|feature| {
-            let at = match &feature.shape {
-                Shape::Line(line) => line.mid,
-                Shape::Point(point) => point.position,
-                Shape::Circle(circle) => circle.center,
-            };
-            Dot::named(origin.xy(at), feature.id.to_string())
-        });
+        let ids = ids
+            .map(|feature| Dot::named(origin.xy(feature.shape.middle()), feature.id.to_string()));
         canvas.row(Entity::MapIds(page), at, Shown::Dots(ids.collect()))?;
         let known = features().filter(|feature| feature.shape.covariance().is_some());
         let outlines = known.map(|feature| {

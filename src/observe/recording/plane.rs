@@ -90,6 +90,11 @@ impl Bounds {
         Self { min, max }
     }
 
+    /// Width and height, metres.
+    pub fn size(&self) -> Vec2 {
+        self.max - self.min
+    }
+
     /// With all these places in it, and a margin.
     pub fn of(places: impl Iterator<Item = Vec2>) -> Self {
         let near = places.filter(|place| place.iter().all(|value| value.abs() < FARTHEST));

@@ -1,12 +1,13 @@
 //! Labels that are contradicted: all of them faintly in the map at all times, bright in their frame with what
 //! the map has there instead, as a table with the worst first, and as warnings in the event log.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use rerun::LineStrips2D;
 use rerun::components::TextLogLevel;
 
-use super::canvas::{Canvas, LogLine, Moment, Shown, Strip};
+use super::canvas::{Canvas, Dot, LogLine, Moment, Shown, Strip};
 use super::entity::Entity;
 use super::reports::Reports;
 use super::style;
@@ -33,11 +34,11 @@ pub struct Suspects {
 }
 
 impl Suspects {
-    /// Draws them; `predicting` are the features that the map's predictions name.
+    /// Draws them.
     pub fn draw(
         reports: &Reports,
         all: &[ArcReport],
-        predicting: &[MapFeature],
+        ghosts: &Ghosts<'_>,
         canvas: &mut Canvas<'_>,
     ) -> Result<Self, Error> {
         let mut drawn: Vec<(Moment, &ArcReport)> = Vec::new();
@@ -53,13 +54,14 @@ impl Suspects {
                 });
                 let strips = Shown::Strips(strips.collect());
                 canvas.row(Entity::Suspects, at, strips)?;
-                let against = suspects.iter().filter_map(|report| {
-                    let id = report.map?.feature?;
-                    let feature = predicting.iter().find(|feature| feature.id == id)?;
-                    Some(ghost(feature, canvas))
-                });
-                let against = Shown::Strips(against.collect());
-                canvas.row(Entity::Contradicting, at, against)?;
+                let ids = suspects.iter().filter_map(|report| report.map?.feature);
+                let against = ghosts.of(ids.collect());
+                let outlines = against.iter().map(|feature| outline(feature, canvas));
+                let outlines = Shown::Strips(outlines.collect());
+                canvas.row(Entity::Contradicting, at, outlines)?;
+                let names = against.iter().map(|feature| ghosts.name(feature, canvas));
+                let names = Shown::Dots(names.collect());
+                canvas.row(Entity::ContradictingNames, at, names)?;
             }
             shown = !suspects.is_empty();
             for report in &suspects {
@@ -100,8 +102,37 @@ impl Suspects {
     }
 }
 
-/// A feature of the map as a line, under the name of its kind.
-fn ghost(feature: &MapFeature, canvas: &Canvas<'_>) -> Strip {
+/// What the map has where suspects are.
+pub struct Ghosts<'a> {
+    /// The features that the map's predictions name.
+    pub features: &'a [MapFeature],
+    /// Whether their ids are those of the map that is drawn.
+    pub has_ids: bool,
+    /// How far above a feature its name stands, metres.
+    pub above: f64,
+}
+
+impl Ghosts<'_> {
+    fn of(&self, ids: BTreeSet<u32>) -> Vec<&MapFeature> {
+        let features = self.features.iter();
+        features
+            .filter(|feature| ids.contains(&feature.id))
+            .collect()
+    }
+
+    fn name(&self, feature: &MapFeature, canvas: &Canvas<'_>) -> Dot {
+        let at = feature.shape.middle() + Vec2::new(0.0, self.above);
+        let mut name = format!("the map: {}", word(feature.shape.kind()));
+        if self.has_ids {
+            // Writing to a string cannot fail.
+            let _ = write!(name, " {}", feature.id);
+        }
+        Dot::named(canvas.origin.xy(at), name)
+    }
+}
+
+/// A feature of the map as a line.
+fn outline(feature: &MapFeature, canvas: &Canvas<'_>) -> Strip {
     /// Of the square round a point, metres.
     const RADIUS: f64 = 0.12;
     let places: Vec<Vec2> = match &feature.shape {
@@ -112,9 +143,8 @@ fn ghost(feature: &MapFeature, canvas: &Canvas<'_>) -> Strip {
             .collect(),
         Shape::Circle(circle) => circle.outline().collect(),
     };
-    let name = format!("the map: {}", word(feature.shape.kind()));
     let places = places.into_iter().map(|place| canvas.origin.xy(place));
-    Strip::named(places.collect(), name)
+    Strip::from(places.collect::<Vec<_>>())
 }
 
 /// The table of the suspects, in Markdown.

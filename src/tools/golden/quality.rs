@@ -126,14 +126,15 @@ impl Quality {
         let fall = |then: Option<f64>, now: Option<f64>| {
             then.zip(now).map_or(0.0, |(then, now)| then - now)
         };
-        let gains = [
+        let right = [
             fall(self.explained, before.explained),
-            labels(self) - labels(before),
             fall(suspects(before), suspects(self)),
             fall(before.wrong_labels, self.wrong_labels),
         ];
-        let better = gains.iter().any(|gain| *gain >= SHARE);
-        let worse = gains.iter().any(|gain| *gain <= -SHARE);
+        let more = labels(self) - labels(before);
+        let worse = more <= -SHARE || right.iter().any(|gain| *gain <= -SHARE);
+        // More labels are no gain where more of them are wrong.
+        let better = right.iter().any(|gain| *gain >= SHARE) || more >= SHARE && !worse;
         match (better, worse) {
             (true, true) => Trend::Mixed,
             (true, false) => Trend::Better,

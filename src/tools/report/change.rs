@@ -1,6 +1,6 @@
 //! Two maps over each other as SVG: what was, what is there instead, and the arcs whose label changed.
 
-use svg::node::element::{Circle, Group, Line, Text, Title};
+use svg::node::element::{Group, Line, Text, Title};
 use svg::{Document, Node};
 
 use super::plane::{Plane, sweep};
@@ -10,8 +10,9 @@ use crate::observe::drawing::{Overlay, Sketched};
 
 const STYLE: &str = "\
 line{stroke-linecap:round}.path{stroke:#b8d8c6}.as{stroke:#8b94a1;fill:#8b94a1;stroke-width:3}\
-.before{stroke:#1d5fa8;fill:#1d5fa8;stroke-width:4;stroke-dasharray:9 7}\
-.now{stroke:#d4002a;fill:#d4002a;stroke-width:4}\
+.before{stroke:#1d5fa8;fill:none;stroke-width:3;stroke-dasharray:9 9}circle.before{stroke-dasharray:none}\
+.now{stroke:#d4002a;fill:#d4002a;stroke-width:4}circle.now{stroke:none}\
+.halo{stroke:#ffc400;fill:none;stroke-width:16;stroke-opacity:.6}\
 .label{fill:none;stroke:#8a2be2;stroke-width:2;stroke-opacity:.4}\
 .head{fill:#15181d;font:bold 16px sans-serif}.word{fill:#15181d;font:12px sans-serif}\
 .worst{paint-order:stroke;stroke:#fff;stroke-width:3px;fill:#d4002a;font:bold 14px sans-serif;text-anchor:middle}";
@@ -32,8 +33,8 @@ pub fn draw(
 ) -> Document {
     let layers = [
         (&overlay.golden, "as"),
-        (&overlay.before, "before"),
         (&overlay.now, "now"),
+        (&overlay.before, "before"),
     ];
     let ends = layers.iter().flat_map(|(all, _)| all.iter());
     let ends = ends.flat_map(|one| one.ends);
@@ -43,12 +44,15 @@ pub fn draw(
     for arc in relabelled {
         picture.append(plane.strip(sweep(arc).into_iter(), "label"));
     }
+    if let Some(worst) = &worst {
+        picture.append(sketch(worst, "halo", &plane));
+    }
     for (all, class) in layers {
         for one in all {
             picture.append(sketch(one, class, &plane));
         }
     }
-    if let Some(worst) = worst {
+    if let Some(worst) = &worst {
         let [one, other] = worst.ends;
         let beside = (one + other) / 2.0 + Vec2::new(0.0, 12.0) / plane.scale;
         picture.append(plane.text(beside, "worst", "worst place".to_owned()));
@@ -69,9 +73,7 @@ pub fn draw(
 fn sketch(one: &Sketched, class: &str, plane: &Plane) -> Group {
     let named = Group::new().add(Title::new(one.name.clone()));
     if one.is_point {
-        let [x, y] = plane.xy(one.ends[0]);
-        let dot = Circle::new().set("cx", x).set("cy", y).set("r", 5);
-        named.add(dot.set("class", class))
+        named.add(plane.dot(one.ends[0], class))
     } else if one.radius > 0.0 {
         named.add(plane.strip(one.places().into_iter(), class))
     } else {

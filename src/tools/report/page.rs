@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use quick_xml::escape::escape;
 
 use super::map;
+use crate::core::bits::Bits;
 use crate::core::config::{Method, Rule};
 use crate::core::event::{SonarId, name_of};
-use crate::core::geometry::Vec2;
+use crate::core::geometry::{Pose2, Vec2};
 use crate::core::legible::legible;
 use crate::core::observer::Setting;
-use crate::core::replay::Outcome;
+use crate::core::replay::{Outcome, Stretch};
 use crate::core::statistics::{fraction, seconds};
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::feature::{Kind, MapFeature, Status};
@@ -40,12 +41,12 @@ h2{break-after:avoid}@media print{body{margin:0;max-width:none}figure,tr{break-i
 @media(max-width:600px){th,td{padding:.25rem .35rem;font-size:.85rem}.numbers div{padding:.3rem .6rem;min-width:5rem}\
 svg .number{font-size:24px}svg .id,svg .named{font-size:28px}}";
 
-/// The page of a replay. `path` is where the robot went; `named` is the log with the flags of the configuration,
+/// The page of a replay. `path` is where the robot went, by stamp; `named` is the log with the flags of the configuration,
 /// as one types them; `problems` is what a person must know of the log.
 pub fn page(
     setting: &Setting<'_>,
     outcome: &Outcome,
-    path: &[Vec2],
+    path: &[(i64, Pose2)],
     named: &str,
     problems: &str,
 ) -> String {
@@ -94,12 +95,19 @@ pub fn page(
         );
     }
     let arcs: Vec<Arc> = suspects.iter().map(|report| report.arc).collect();
+    let places: Vec<Vec2> = path.iter().map(|(_, pose)| pose.position()).collect();
+    let stretch = places_of(outcome.stretch.as_ref(), path, setting.origin_ns);
     let _ = writeln!(
         html,
         "<figure>{}<figcaption>Seen from above, metres in the odometry frame. Black: walls, orange: corners, both \
-         with their ids where there is room; grey: tentative; green: the path; red: arcs whose label is contradicted.\
-         </figcaption></figure>",
-        map::draw(path, &outcome.map, &arcs, None)
+         with their ids where there is room; grey: tentative; green: the path from its dot on{}; red: arcs whose label \
+         is contradicted.</figcaption></figure>",
+        map::draw(&places, &stretch, &outcome.map, &arcs, None),
+        if stretch.is_empty() {
+            ""
+        } else {
+            ", dashed in red the stretch that is explained least"
+        },
     );
     html.push_str(&table_of_suspects(&suspects, setting));
     html.push_str(&table_of_sonars(setting, outcome));
@@ -109,6 +117,15 @@ pub fn page(
         shown(&commands(named, suspects.first().copied(), setting))
     );
     html
+}
+
+/// Where the robot was in a stretch.
+fn places_of(stretch: Option<&Stretch>, path: &[(i64, Pose2)], origin_ns: i64) -> Vec<Vec2> {
+    let within = |at: f64| stretch.is_some_and(|of| (of.seconds[0]..=of.seconds[1]).contains(&at));
+    let path = path.iter();
+    path.filter(|(stamp, _)| within(seconds(origin_ns, *stamp)))
+        .map(|(_, pose)| pose.position())
+        .collect()
 }
 
 /// Text of a log as HTML shows it.
@@ -127,14 +144,9 @@ fn numbers(outcome: &Outcome, suspects: Option<usize>) -> String {
     let labels: u64 = labels.iter().sum();
     let pillars = of(Kind::Circle, Status::Confirmed);
     let pillars = (pillars > 0).then(|| (pillars.to_string(), "pillars", false));
-    let (mut triples, mut explained) = (0, 0);
-    for hearing in Hearing::of_sonars(&outcome.reports, &outcome.map).values() {
-        triples += hearing.triples;
-        explained += hearing.explained;
-    }
     let none = || "-".to_owned();
-    let share = suspects.map_or_else(none, |_| {
-        format!("{:.0} %", 100.0 * fraction(explained, triples))
+    let share = Bits::of(outcome).map_or_else(none, |bits| {
+        format!("{:.1} %", 100.0 * fraction(bits.explained, bits.arcs))
     });
     let mut html = String::from("<div class=\"numbers\">");
     let numbers = [
@@ -155,7 +167,7 @@ fn numbers(outcome: &Outcome, suspects: Option<usize>) -> String {
             "suspect",
             suspects > Some(0),
         ),
-        (share, "of triples explained", false),
+        (share, "of the arcs explained", false),
     ];
     for (number, name, is_bad) in numbers.into_iter().chain(pillars) {
         let class = if is_bad { " class=\"bad\"" } else { "" };
@@ -177,27 +189,44 @@ fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
                 contradicted.</p>\n"
             .to_owned();
     }
+    // Under the paper's rule another map than that of the page predicts.
+    let names = setting.config.rule == Rule::NoiseAware;
     let listed = suspects.len().min(MOST_ROWS);
     let mut html = format!(
         "<h2>Suspects: the worst {listed} of {}</h2>\n<div class=\"wide\"><table><tr><th class=\"n\">frame</th>\
-         <th class=\"n\">time s</th><th>sonar</th><th>taken for a</th><th>but</th></tr>\n",
-        suspects.len()
+         <th class=\"n\">time s</th><th>sonar</th><th>taken for a</th><th>but</th>{}</tr>\n",
+        suspects.len(),
+        if names { "<th>there is</th>" } else { "" }
     );
     for report in suspects.iter().take(MOST_ROWS) {
         let arc = &report.arc;
         let _ = writeln!(
             html,
             "<tr><td class=\"n\">{}</td><td class=\"n\">{:.2}</td><td>{}</td><td>{}</td>\
-             <td class=\"words\">{}</td></tr>",
+             <td class=\"words\">{}</td>{}</tr>",
             arc.id.frame,
             seconds(setting.origin_ns, arc.stamp_ns),
             shown(name_of(setting.sonars, arc.id.sonar)),
             report.label.kind().map_or("", word),
-            against(report)
+            against(report),
+            if names {
+                feature_cell(report)
+            } else {
+                String::new()
+            }
         );
     }
     html.push_str("</table></div>\n");
     html
+}
+
+/// The feature that the map has there, as its id in the picture.
+fn feature_cell(report: &ArcReport) -> String {
+    let feature = report
+        .map
+        .and_then(|map| Some((map.support.kind()?, map.feature?)));
+    let named = feature.map(|(kind, id)| format!("{} {id}", word(kind)));
+    format!("<td>{}</td>", named.unwrap_or_else(|| "-".to_owned()))
 }
 
 fn table_of_sonars(setting: &Setting<'_>, outcome: &Outcome) -> String {
@@ -209,7 +238,7 @@ fn table_of_sonars(setting: &Setting<'_>, outcome: &Outcome) -> String {
         "corners",
         "unidentified",
         "suspect",
-        "explained",
+        "triples explained",
     ] {
         let _ = write!(html, "<th class=\"n\">{head}</th>");
     }
@@ -243,7 +272,7 @@ fn table_of_sonars(setting: &Setting<'_>, outcome: &Outcome) -> String {
         html.push_str("</tr>\n");
     }
     html.push_str(
-        "</table></div>\n<p class=\"facts\">explained: triples around which a wall or a corner explains the \
+        "</table></div>\n<p class=\"facts\">triples explained: those around which a wall or a corner explains the \
          readings</p>\n",
     );
     html

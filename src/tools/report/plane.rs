@@ -1,6 +1,6 @@
 //! The plane of a map as SVG: where places are in the picture, on a metric grid.
 
-use svg::node::element::{Line, Polyline, Rectangle, Style, Text};
+use svg::node::element::{Circle, Line, Polyline, Rectangle, Style, Text};
 use svg::{Document, Node};
 
 use crate::core::geometry::Vec2;
@@ -97,6 +97,12 @@ impl Plane {
         });
         let points = points.collect::<Vec<_>>().join(" ");
         Polyline::new().set("points", points).set("class", class)
+    }
+
+    pub fn dot(&self, place: Vec2, class: &str) -> Circle {
+        let [x, y] = self.xy(place);
+        let dot = Circle::new().set("cx", x).set("cy", y).set("r", 5);
+        dot.set("class", class)
     }
 
     pub fn text(&self, place: Vec2, class: &str, text: String) -> Text {

@@ -109,7 +109,7 @@ impl Reproduction {
         let [_, noise_aware] = &self.rules;
         [noise_aware.extracted(), noise_aware.outcome.map.clone()].map(|features| {
             let room = World::room();
-            let picture = draw(&noise_aware.path, &features, &[], Some(&room));
+            let picture = draw(&noise_aware.path, &[], &features, &[], Some(&room));
             format!("{picture}\n")
         })
     }
