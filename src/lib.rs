@@ -52,7 +52,7 @@ pub mod observe;
 pub mod tools;
 
 pub use core::config::{Config, Rule};
-pub use core::event::{Events, OdometrySample, RangeReading, Sonar, SonarId};
+pub use core::event::{Events, OdometrySample, RangeReading, Readings, Sonar, SonarId};
 pub use core::frames::{Echo, Entry, Frame};
 pub use core::log::Log;
 pub use core::observer::{Observer, ObserverError};

@@ -29,7 +29,7 @@ pub fn sha256(events: &Events) -> String {
         numbers(&mut hash, &[mount.x, mount.y, mount.yaw]);
     }
     hash.update((events.readings.len() as u64).to_le_bytes());
-    for r in &events.readings {
+    for r in events.readings.iter() {
         hash.update(r.stamp_ns.to_le_bytes());
         hash.update(r.sonar.0.to_le_bytes());
         numbers(

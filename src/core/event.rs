@@ -1,6 +1,8 @@
 //! What a log yields: sonars, range readings and odometry samples, in stamp order.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::core::geometry::Pose2;
 use crate::core::ties;
@@ -89,13 +91,237 @@ pub struct OdometrySample {
     pub world_from_robot: Pose2,
 }
 
+/// Readings in less than half of their memory: what a sonar says again with reading after reading is held once.
+#[derive(Debug, Clone, Default)]
+pub struct Readings {
+    rows: Vec<Row>,
+    beams: Vec<Beam>,
+    /// The place of the beam of each sonar's last reading.
+    last: BTreeMap<SonarId, u32>,
+}
+
+/// What each reading says anew.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    stamp_ns: i64,
+    range: f64,
+    /// Its place in the list of beams.
+    beam: u32,
+    sonar: SonarId,
+}
+
+/// What a sonar says of itself with a reading; as in [`RangeReading`].
+#[derive(Debug, Clone, Copy)]
+struct Beam {
+    min_range: f64,
+    max_range: f64,
+    beam_width: f64,
+    variance: f64,
+}
+
+impl Beam {
+    /// The same to the bit: limits may be NaN.
+    fn is(&self, other: &Self) -> bool {
+        let bits = |beam: &Self| {
+            [
+                beam.min_range,
+                beam.max_range,
+                beam.beam_width,
+                beam.variance,
+            ]
+            .map(f64::to_bits)
+        };
+        bits(self) == bits(other)
+    }
+}
+
+impl Readings {
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    pub fn iter(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = RangeReading> + ExactSizeIterator + Clone {
+        self.range(0..self.len())
+    }
+
+    /// Those at these places.
+    pub fn range(
+        &self,
+        places: Range<usize>,
+    ) -> impl DoubleEndedIterator<Item = RangeReading> + ExactSizeIterator + Clone {
+        let rows = self.rows.get(places).unwrap_or_default();
+        rows.iter().map(|row| unpacked(row, &self.beams))
+    }
+
+    /// Those of one sonar.
+    pub fn of_sonar(&self, id: SonarId) -> impl Iterator<Item = RangeReading> {
+        let rows = self.rows.iter().filter(move |row| row.sonar == id);
+        rows.map(|row| unpacked(row, &self.beams))
+    }
+
+    pub fn first(&self) -> Option<RangeReading> {
+        self.iter().next()
+    }
+
+    pub fn last(&self) -> Option<RangeReading> {
+        self.iter().next_back()
+    }
+
+    /// How many come before the first that is not so, where all that are come first.
+    pub fn partition_point(&self, is_so: impl Fn(&RangeReading) -> bool) -> usize {
+        self.rows
+            .partition_point(|row| is_so(&unpacked(row, &self.beams)))
+    }
+
+    pub fn push(&mut self, reading: RangeReading) {
+        let row = self.packed(&reading);
+        self.rows.push(row);
+    }
+
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Changes every reading.
+    pub fn change(&mut self, mut change: impl FnMut(&mut RangeReading)) {
+        self.retain_mut(|reading| {
+            change(reading);
+            true
+        });
+    }
+
+    /// Changes every reading, and leaves out those of which `keep` says no.
+    pub fn retain_mut(&mut self, mut keep: impl FnMut(&mut RangeReading) -> bool) {
+        let Self {
+            mut rows, beams, ..
+        } = std::mem::take(self);
+        rows.retain_mut(|row| {
+            let mut reading = unpacked(row, &beams);
+            let is_kept = keep(&mut reading);
+            if is_kept {
+                *row = self.packed(&reading);
+            }
+            is_kept
+        });
+        self.rows = rows;
+    }
+
+    /// Sorts by stamp and then by sonar; what is of one stamp and sonar, by its values.
+    pub fn sort(&mut self) {
+        let beams = &self.beams;
+        let values = |row: &Row| {
+            let reading = unpacked(row, beams);
+            let RangeReading {
+                range,
+                min_range,
+                max_range,
+                beam_width,
+                variance,
+                ..
+            } = reading;
+            [range, min_range, max_range, beam_width, variance]
+        };
+        self.rows.sort_unstable_by(|a, b| {
+            let by_place = place(a).cmp(&place(b));
+            by_place.then_with(|| by_values(values(a), values(b)))
+        });
+    }
+
+    /// Sorts by stamp and then by sonar; what is of one stamp and sonar stays in order.
+    pub fn sort_by_place(&mut self) {
+        if !self.rows.is_sorted_by_key(place) {
+            self.rows.sort_by_key(place); // which takes memory
+        }
+    }
+
+    fn packed(&mut self, reading: &RangeReading) -> Row {
+        let beam = Beam {
+            min_range: reading.min_range,
+            max_range: reading.max_range,
+            beam_width: reading.beam_width,
+            variance: reading.variance,
+        };
+        Row {
+            stamp_ns: reading.stamp_ns,
+            range: reading.range,
+            beam: self.place_of(beam, reading.sonar),
+            sonar: reading.sonar,
+        }
+    }
+
+    /// The place of a beam among the beams, where the sonar's last reading had it, or else a new one.
+    fn place_of(&mut self, beam: Beam, sonar: SonarId) -> u32 {
+        let is_known = |last: &u32| beam_at(&self.beams, *last).is_some_and(|it| it.is(&beam));
+        if let Some(known) = self.last.get(&sonar).copied().filter(is_known) {
+            return known;
+        }
+        let place = u32::try_from(self.beams.len()).unwrap_or(u32::MAX); // 128 GiB
+        self.beams.push(beam);
+        self.last.insert(sonar, place);
+        place
+    }
+}
+
+fn place(row: &Row) -> (i64, SonarId) {
+    (row.stamp_ns, row.sonar)
+}
+
+fn beam_at(beams: &[Beam], place: u32) -> Option<&Beam> {
+    beams.get(usize::try_from(place).ok()?)
+}
+
+fn unpacked(row: &Row, beams: &[Beam]) -> RangeReading {
+    const UNKNOWN: Beam = Beam {
+        min_range: f64::NAN,
+        max_range: f64::NAN,
+        beam_width: f64::NAN,
+        variance: 0.0,
+    };
+    let beam = beam_at(beams, row.beam).unwrap_or(&UNKNOWN);
+    RangeReading {
+        stamp_ns: row.stamp_ns,
+        sonar: row.sonar,
+        range: row.range,
+        min_range: beam.min_range,
+        max_range: beam.max_range,
+        beam_width: beam.beam_width,
+        variance: beam.variance,
+    }
+}
+
+impl PartialEq for Readings {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
+    }
+}
+
+impl Extend<RangeReading> for Readings {
+    fn extend<I: IntoIterator<Item = RangeReading>>(&mut self, readings: I) {
+        readings.into_iter().for_each(|reading| self.push(reading));
+    }
+}
+
+impl FromIterator<RangeReading> for Readings {
+    fn from_iter<I: IntoIterator<Item = RangeReading>>(readings: I) -> Self {
+        let mut all = Self::default();
+        all.extend(readings);
+        all
+    }
+}
+
 /// All that a replay needs of a log.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Events {
     /// Every sonar that gave a reading, sorted by name.
     pub sonars: Vec<Sonar>,
     /// Range readings by stamp, ties by sonar name.
-    pub readings: Vec<RangeReading>,
+    pub readings: Readings,
     /// Odometry samples by stamp.
     pub odometry: Vec<OdometrySample>,
 }
@@ -104,13 +330,7 @@ impl Events {
     /// Sorts by stamp, and readings by sonar. What has one stamp is sorted by its values: the order in
     /// which messages of one stamp were written does not matter.
     pub fn sort(&mut self) {
-        self.readings.sort_unstable_by(|a, b| {
-            let by_place = (a.stamp_ns, a.sonar).cmp(&(b.stamp_ns, b.sonar));
-            by_place.then(by_values(
-                [a.range, a.min_range, a.max_range, a.beam_width, a.variance],
-                [b.range, b.min_range, b.max_range, b.beam_width, b.variance],
-            ))
-        });
+        self.readings.sort();
         self.odometry.sort_unstable_by(|a, b| {
             let [a_pose, b_pose] = [a, b].map(|s| s.world_from_robot);
             a.stamp_ns.cmp(&b.stamp_ns).then(by_values(
@@ -156,6 +376,45 @@ mod tests {
         ] {
             assert_eq!(reading(range).classify(), expected, "{range}");
         }
+    }
+
+    #[test]
+    fn readings_come_back_as_they_went_in() {
+        let all = (0..40).map(|k| RangeReading {
+            stamp_ns: 40 - k,
+            sonar: SonarId(if k % 3 == 0 { 7 } else { 2 }),
+            min_range: if k % 7 == 0 { f64::NAN } else { 0.1 },
+            variance: if k > 30 { k as f64 } else { 0.0 },
+            ..reading(k as f64)
+        });
+        let mut all: Vec<RangeReading> = all.collect();
+        let mut readings: Readings = all.iter().copied().collect();
+        let same = |readings: &Readings, all: &[RangeReading]| {
+            let [these, those] = [
+                format!("{:?}", readings.iter().collect::<Vec<_>>()),
+                format!("{all:?}"),
+            ];
+            these == those
+        };
+        assert!(same(&readings, &all));
+        assert!(readings.beams.len() < all.len());
+        readings.retain_mut(|reading| {
+            reading.beam_width += reading.range;
+            reading.range < 35.0
+        });
+        all.retain_mut(|reading| {
+            reading.beam_width += reading.range;
+            reading.range < 35.0
+        });
+        assert!(same(&readings, &all));
+        readings.sort();
+        all.reverse();
+        assert!(same(&readings, &all));
+        assert_eq!(
+            readings.partition_point(|r| r.stamp_ns < 10),
+            all.iter().filter(|r| r.stamp_ns < 10).count()
+        );
+        assert_eq!(size_of::<Row>(), 24);
     }
 
     #[test]

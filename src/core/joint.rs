@@ -742,11 +742,13 @@ mod tests {
         };
         let of_all = path(&log).unwrap();
         // All but those that look to the sides hear noise.
-        for (at, reading) in log.events.readings.iter_mut().enumerate() {
+        let mut at = 0;
+        log.events.readings.change(|reading| {
             if ![4, 12].contains(&reading.sonar.0) {
-                reading.range += 0.4 * libm::sin(at as f64);
+                reading.range += 0.4 * libm::sin(f64::from(at));
             }
-        }
+            at += 1;
+        });
         let of_two = path(&log).unwrap();
         let last = of_two.covariances.last().unwrap();
         let sigma = (last.m11 + last.m22).sqrt();

@@ -116,8 +116,8 @@ pub enum VarianceFrom {
 
 impl VarianceFrom {
     /// Of a log's readings under a configuration.
-    pub fn of<'a>(readings: impl Iterator<Item = &'a RangeReading>, config: &Config) -> Self {
-        let given = |reading: &RangeReading| reading.variance > 0.0 && reading.variance.is_finite();
+    pub fn of(readings: impl Iterator<Item = RangeReading>, config: &Config) -> Self {
+        let given = |reading: RangeReading| reading.variance > 0.0 && reading.variance.is_finite();
         let noise = &config.noise;
         let mut echoes = readings.filter(|r| r.classify() == Return::Echo);
         if noise.trust_variance && echoes.all(given) {

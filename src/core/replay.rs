@@ -10,11 +10,12 @@ pub use outcome::{CauseTold, Outcome};
 pub use stretch::Stretch;
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::{Arc as Shared, OnceLock};
 
 use crate::core::config::{Config, Method, Poses, Rule, SIGMA_UNKNOWN, Triple};
 use crate::core::digest::sha256;
-use crate::core::event::{Events, OdometrySample, RangeReading, name_of};
+use crate::core::event::{Events, OdometrySample, RangeReading, Readings, name_of};
 use crate::core::frames::{Frame, Framer, Tally};
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::joint::path::CorrectedPath;
@@ -69,7 +70,8 @@ pub struct Replay<'a> {
     config: Config,
     variance_from: VarianceFrom,
     source: Source,
-    readings: &'a [RangeReading],
+    /// The places of the readings in the window among those of the log.
+    window: Range<usize>,
     selected: Vec<bool>,
     framing: Framing,
     // Once asked for.
@@ -82,8 +84,9 @@ impl<'a> Replay<'a> {
     /// # Errors
     /// A selection without sonars, or a gate that does not fit their beams.
     pub fn new(log: &'a Log, config: &'a Config) -> Result<Self, ReplayError> {
-        let all = log.events.readings.as_slice();
-        let (before, readings) = window(all, config.input.start, config.input.end);
+        let all = &log.events.readings;
+        let window = window(all, config.input.start, config.input.end);
+        let readings = || all.range(window.clone());
         let names = glob_set(&config.input.sonars)?;
         let sonars = &log.events.sonars;
         let selected: Vec<bool> = sonars
@@ -96,16 +99,15 @@ impl<'a> Replay<'a> {
                 sonars: sonars.iter().map(|s| s.name.clone()).collect(),
             });
         }
-        let is_selected = |r: &&RangeReading| selected.get(r.sonar.index()) == Some(&true);
-        let narrowest = readings
-            .iter()
+        let is_selected = |r: &RangeReading| selected.get(r.sonar.index()) == Some(&true);
+        let narrowest = readings()
             .filter(is_selected)
             .min_by(|a, b| a.beam_width.total_cmp(&b.beam_width));
         // Where angles do not decide, a gate that nobody asked for is no reason to refuse a log.
         let gamma = config.triple.gamma;
         let by_angles = config.method == Method::Tmam && !config.departures().label_by_opinion;
         let gated = by_angles || gamma != Triple::default().gamma;
-        let too_narrow = |r: &&RangeReading| gated && r.beam_width <= gamma;
+        let too_narrow = |r: &RangeReading| gated && r.beam_width <= gamma;
         if let Some(reading) = narrowest.filter(too_narrow) {
             return Err(ReplayError::GammaBeyondBeam {
                 gamma: config.triple.gamma,
@@ -116,18 +118,23 @@ impl<'a> Replay<'a> {
         let source = Source {
             file: log.file.clone(),
             messages: log.messages,
-            start_ns: readings.first().map_or(0, |r| r.stamp_ns),
-            end_ns: readings.last().map_or(0, |r| r.stamp_ns),
+            start_ns: readings().next().map_or(0, |r| r.stamp_ns),
+            end_ns: readings().next_back().map_or(0, |r| r.stamp_ns),
             complete: log.losses.is_empty(),
             lost: log.losses.clone(),
             notes: log.told(),
         };
         let mut config = config.clone();
-        let mut variance_from = VarianceFrom::of(readings.iter().filter(is_selected), &config);
+        let mut variance_from = VarianceFrom::of(readings().filter(is_selected), &config);
         // The noise is that of the whole log, so that what is looked at does not change what is seen.
         let mut whole = None;
         if variance_from == VarianceFrom::Ranges {
-            let framing = Framing::new(&log.events, &config, [&[], all], &vec![true; sonars.len()]);
+            let framing = Framing::new(
+                &log.events,
+                &config,
+                0..all.len(),
+                &vec![true; sonars.len()],
+            );
             let noise = noise_of(&framing.frames, &config).overall();
             if noise.is_none() {
                 variance_from = VarianceFrom::Nothing;
@@ -137,16 +144,16 @@ impl<'a> Replay<'a> {
             config.noise.sigma_abs = Some(sigma);
             whole = Some(framing);
         }
-        let is_whole = readings.len() == all.len() && !selected.contains(&false);
+        let is_whole = window.len() == all.len() && !selected.contains(&false);
         let framing = whole
             .filter(|_| is_whole)
-            .unwrap_or_else(|| Framing::new(&log.events, &config, [before, readings], &selected));
+            .unwrap_or_else(|| Framing::new(&log.events, &config, window.clone(), &selected));
         Ok(Self {
             log,
             config,
             variance_from,
             source,
-            readings,
+            window,
             selected,
             framing,
             events_sha256: OnceLock::new(),
@@ -189,9 +196,8 @@ impl<'a> Replay<'a> {
     }
 
     /// The readings in the window of the sonars asked for.
-    pub fn readings(&self) -> impl Iterator<Item = &'a RangeReading> {
-        self.readings
-            .iter()
+    pub fn readings(&self) -> impl Iterator<Item = RangeReading> {
+        (self.log.events.readings.range(self.window.clone()))
             .filter(|reading| self.selected.get(reading.sonar.index()) == Some(&true))
     }
 
@@ -399,8 +405,7 @@ impl<'a> Replay<'a> {
 
     fn no_frames(&self) -> ReplayError {
         let all = &self.log.events.readings;
-        if let (Some(first), Some(last), true) = (all.first(), all.last(), self.readings.is_empty())
-        {
+        if let (Some(first), Some(last), true) = (all.first(), all.last(), self.window.is_empty()) {
             return ReplayError::EmptyWindow {
                 readings: all.len(),
                 seconds: last.stamp_ns.saturating_sub(first.stamp_ns) as f64 * 1e-9,
@@ -421,7 +426,8 @@ impl<'a> Replay<'a> {
             .iter()
             .map(|s| s.stamp_ns)
             .collect();
-        let readings: Vec<i64> = self.readings.iter().map(|r| r.stamp_ns).collect();
+        let readings = all.range(self.window.clone()).map(|r| r.stamp_ns);
+        let readings: Vec<i64> = readings.collect();
         let gaps = self.framing.tally.dropped.contains_key("odometry-gap");
         ReplayError::NoFrames {
             readings: self.framing.tally.readings,
@@ -439,24 +445,20 @@ impl<'a> Replay<'a> {
 }
 
 impl Framing {
-    /// The frames of readings with others before them.
-    fn new(
-        events: &Events,
-        config: &Config,
-        [before, readings]: [&[RangeReading]; 2],
-        selected: &[bool],
-    ) -> Self {
+    /// The frames of the readings at these places, with others before them.
+    fn new(events: &Events, config: &Config, window: Range<usize>, selected: &[bool]) -> Self {
         let track = Track::of_ranges(&events.odometry, config);
         let mut framer = Framer::new(track, &events.sonars, selected, &config.frames);
-        let passed = before.iter().filter_map(|r| framer.pass(r));
+        let first = (events.readings.range(window.clone()).next())
+            .map_or(i64::MAX, |reading| reading.stamp_ns);
+        let passed = events.readings.range(0..window.start);
+        let passed = passed.filter_map(|r| framer.pass(&r));
         let mut before: Vec<i64> = passed.map(|frame| frame.stamp_ns).collect();
-        let mut frames: Vec<Frame> = readings.iter().filter_map(|r| framer.push(r)).collect();
+        let readings = events.readings.range(window);
+        let mut frames: Vec<Frame> = readings.filter_map(|r| framer.push(&r)).collect();
         let (last, tally) = framer.finish();
         frames.extend(last);
         // The frame that was open then is one of them if it goes on.
-        let first = readings
-            .first()
-            .map_or(i64::MAX, |reading| reading.stamp_ns);
         let is_over = |frame: &Frame| frame.stamp_ns < first && frame.entries.is_empty();
         let over = frames.first().filter(|frame| is_over(frame));
         before.extend(over.map(|frame| frame.stamp_ns));
@@ -480,23 +482,13 @@ fn noise_of(frames: &[Frame], config: &Config) -> NoiseEstimator {
     noise
 }
 
-/// The readings before `start`, and those from there to `end`, seconds after the first one.
-fn window(
-    readings: &[RangeReading],
-    start: Option<f64>,
-    end: Option<f64>,
-) -> (&[RangeReading], &[RangeReading]) {
-    let Some(first) = readings.first().map(|r| r.stamp_ns) else {
-        return (&[], readings);
-    };
+/// The places of the readings from `start` to `end`, seconds after the first one.
+fn window(readings: &Readings, start: Option<f64>, end: Option<f64>) -> Range<usize> {
+    let first = readings.first().map_or(0, |r| r.stamp_ns);
     let seconds = |r: &RangeReading| r.stamp_ns.saturating_sub(first) as f64 * 1e-9;
     let from = start.map_or(0, |start| readings.partition_point(|r| seconds(r) < start));
     let to = end.map_or(readings.len(), |end| {
         readings.partition_point(|r| seconds(r) <= end)
     });
-    let (before, rest) = readings.split_at(from);
-    (
-        before,
-        rest.get(..to.saturating_sub(from)).unwrap_or_default(),
-    )
+    from..to.max(from)
 }

@@ -96,7 +96,7 @@ const COLUMNS: [Column; 39] = [
     ("chi2_point", Number(|row| row.trace.chi2_point)),
     (
         "chi2_margin",
-        Number(|row| row.report.chi2_margin.map(rounded)),
+        Number(|row| row.report.chi2_margin().map(rounded)),
     ),
     ("readings", Whole(|row| whole(row.trace.readings))),
     ("wide_opinion", Text(|row| row.trace.wide_opinion)),

@@ -71,7 +71,7 @@ pub(super) fn row<'a>(
     odometry: Option<&Pose2>,
 ) -> TraceRow<'a> {
     let arc = &report.arc;
-    let (triple, window) = (report.triple.as_ref(), report.window());
+    let (triple, window) = (report.triple.as_ref(), report.window.as_ref());
     let points = |of: fn(&Angles) -> Sides| {
         triple.map(|triple| of(&triple.angles).map(|pair| pair.into_iter().map(usize::from).sum()))
     };
@@ -88,11 +88,11 @@ pub(super) fn row<'a>(
         reason: report.label.reason().map(|reason| reason.name()),
         theta_c: triple.map(|t| rounded(t.angles.theta_c)),
         theta_i: triple.map(|t| rounded(t.angles.theta_i)),
-        theta_c_sigma: triple.and_then(|t| t.spread.theta_c.map(rounded)),
-        theta_i_sigma: triple.and_then(|t| t.spread.theta_i.map(rounded)),
+        theta_c_sigma: triple.and_then(|t| t.spread.theta_c().map(rounded)),
+        theta_i_sigma: triple.and_then(|t| t.spread.theta_i().map(rounded)),
         contact_points: points(|angles| angles.contact),
         intersection_points: points(|angles| angles.intersection),
-        margin: report.margin.map(rounded),
+        margin: report.angle_margin().map(rounded),
         opinion: triple.map(|t| t.test.support.name()),
         chi2_line: triple.map(|t| rounded(t.test.chi2_line)),
         chi2_point: triple.map(|t| rounded(t.test.chi2_point)),
@@ -101,7 +101,7 @@ pub(super) fn row<'a>(
         wide_chi2_line: window.map(|w| rounded(w.chi2_line)),
         wide_chi2_point: window.map(|w| rounded(w.chi2_point)),
         wide_chi2_circle: window.and_then(|w| w.chi2_circle.map(rounded)),
-        incidence: report.oblique.map(|wall| rounded(wall.incidence)),
+        incidence: (report.oblique.as_ref()).map(|wall| rounded(wall.incidence)),
         map_opinion: report.map.map(|m| m.support.name()),
         suspect: report.is_suspect(),
         feature: report.run.as_ref().map(|run| run.extraction),

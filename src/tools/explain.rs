@@ -1,7 +1,7 @@
 //! Why one arc was labelled so, what would have changed that, and whether it was right.
 //!
-//! A replay says all that it tested of an arc in its [`ArcReport`](crate::core::tmam::report::ArcReport);
-//! a [`Question`] names one, and an [`Explanation`] tells it with what stands around it. None of it
+//! A replay says in the [`ArcReport`](crate::core::tmam::report::ArcReport) of an arc what decided; the tests of the
+//! windows before the last are those of the same readings again. A [`Question`] names one, and an [`Explanation`] tells it with what stands around it. None of it
 //! reads or writes files.
 
 pub mod changes;
@@ -173,8 +173,9 @@ impl Explanation {
         let would_be = |three| TripleTest::of(three, &config.triple, &gate());
         let triple = report.triple.or_else(|| three.map(would_be));
         let by_opinion = config.departures().label_by_opinion;
+        let windows = Windows::new(sequence, place, config);
         let changes = match (&triple, report.triple.is_some()) {
-            (_, true) if by_opinion => Windows::new(sequence, place, config).changes(),
+            (_, true) if by_opinion => windows.changes(),
             (Some(triple), true) => {
                 let beams = replay.readings().map(|reading| reading.beam_width);
                 let narrowest = beams.fold(f64::INFINITY, f64::min);
@@ -189,7 +190,8 @@ impl Explanation {
         };
         let decisive = config.opinion.decisive;
         // Angles decide by the triple, readings by the widest window.
-        let wide = if by_opinion { report.windows.len() } else { 1 };
+        let half_width = report.window.map_or(0, |last| last.half_width());
+        let wide = if by_opinion { half_width } else { 1 };
         let decided = sequence.get(place.saturating_sub(wide)..=place + wide);
         let decided: Vec<Arc> = (decided.into_iter().flatten())
             .filter_map(|given| Some(given.report?.arc))
@@ -204,7 +206,7 @@ impl Explanation {
             also_near: others.iter().take(NEAR).filter_map(near).collect(),
             label,
             reason: label.reason(),
-            oblique: report.oblique.map(|wall| ObliqueStory {
+            oblique: report.oblique.as_ref().map(|wall| ObliqueStory {
                 readings: wall.readings,
                 chi2: wall.chi2,
                 incidence: wall.incidence,
@@ -215,7 +217,7 @@ impl Explanation {
             pairs: three.map_or_else(Vec::new, Pair::both),
             angles: triple.map(|triple| AnglesStory::new(&triple, &config.triple)),
             changes,
-            windows: Window::looked_at(&report.windows, sequence, place, decisive),
+            windows: Window::all(windows.looked_at(report), sequence, place, decisive),
             windows_end: windows::end(report, &config.opinion),
             decisive,
             runs: RunStory::all(arc.id, outcome),

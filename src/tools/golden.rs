@@ -46,8 +46,6 @@ pub use labels_file::{LabelsFile, carried};
 pub use profile::{LogInfo, OdometryProfile, SonarProfile, Stamps};
 pub use quality::{Quality, Trend, from_to, headline};
 pub use replayed::all_results;
-pub use results::{
-    Feature, Geometry, LabelledArc, Labels, LineSegment, Margin, Mark, RangeSigma, Results,
-};
+pub use results::{Feature, Geometry, LabelledArc, Labels, LineSegment, Mark, RangeSigma, Results};
 pub use text::{SHOWN, Section, describe, differences_in_json, headlines, sections};
 pub use tolerance::{Tolerance, ToleranceError};

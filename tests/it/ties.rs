@@ -38,9 +38,11 @@ fn perturbed(events: &Events, most: f64, seed: u64) -> Events {
     for sonar in &mut events.sonars {
         sonar.robot_from_sensor = moved_pose(&sonar.robot_from_sensor, &mut moved);
     }
-    for reading in events.readings.iter_mut().filter(|r| r.range.is_finite()) {
-        reading.range = moved(reading.range);
-    }
+    events.readings.change(|reading| {
+        if reading.range.is_finite() {
+            reading.range = moved(reading.range);
+        }
+    });
     events
 }
 
@@ -234,7 +236,7 @@ fn the_order_of_messages_of_one_stamp_does_not_matter() {
         .step_by(50)
         .map(|r| RangeReading {
             range: r.range + 0.01,
-            ..*r
+            ..r
         });
     let again: Vec<RangeReading> = again.collect();
     log.events.readings.extend(again);
@@ -258,11 +260,11 @@ fn the_order_of_messages_of_one_stamp_does_not_matter() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut orders = (0..4).map(|_| {
         let mut events = log.events.clone();
-        for k in (1..events.readings.len()).rev() {
-            events
-                .readings
-                .swap(k, random.next_u32() as usize % (k + 1));
+        let mut readings: Vec<RangeReading> = events.readings.iter().collect();
+        for k in (1..readings.len()).rev() {
+            readings.swap(k, random.next_u32() as usize % (k + 1));
         }
+        events.readings = readings.into_iter().collect();
         for k in (1..events.odometry.len()).rev() {
             events
                 .odometry

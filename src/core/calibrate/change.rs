@@ -85,7 +85,7 @@ impl Change {
             );
         }
         let mut is_delayed = false;
-        for reading in &mut events.readings {
+        events.readings.change(|reading| {
             let of = |quantity| self.of_sonar(reading.sonar, quantity);
             let [scale, offset] = [1.0 + of(Quantity::RangeScale), of(Quantity::RangeOffset)];
             let wider = of(Quantity::BeamWidth);
@@ -99,7 +99,7 @@ impl Change {
             let delay_ns = nanoseconds(of(Quantity::Delay));
             reading.stamp_ns = reading.stamp_ns.saturating_sub(delay_ns);
             is_delayed |= delay_ns != 0;
-        }
+        });
         if is_delayed {
             events.sort();
         }

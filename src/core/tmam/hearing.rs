@@ -61,7 +61,7 @@ impl Hearing {
             .collect();
         for report in reports.iter().filter(|report| report.triple.is_some()) {
             let (hearing, halves) = sonars.entry(report.arc.id.sonar).or_default();
-            let support = report.window().map(|window| window.support);
+            let support = report.window.map(|window| window.support);
             hearing.triples += 1;
             hearing.explained += u64::from(support.is_some_and(|s| s != Support::Neither));
             if report.label == Label::Unidentified(Reason::Oblique) {
@@ -121,7 +121,7 @@ mod tests {
         let mut report = ArcReport::new(three[1]);
         report.label = label;
         report.triple = Some(TripleTest::of(&three, &Triple::default(), &gate));
-        report.windows = [HypothesisTest::of(&three, &gate)].into();
+        report.window = Some(HypothesisTest::of(&three, &gate));
         report
     }
 

@@ -109,6 +109,11 @@ impl HypothesisTest {
         }
     }
 
+    /// How many readings it has to either side of the one in the middle.
+    pub fn half_width(&self) -> usize {
+        self.readings / 2
+    }
+
     /// chi2 of the best feature of a kind.
     pub fn chi2_of(&self, kind: Kind) -> f64 {
         match kind {

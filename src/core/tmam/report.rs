@@ -4,13 +4,11 @@ use std::cmp::Ordering;
 use std::sync::Arc as Shared;
 
 use super::arc::Arc;
-use super::condition::Condition;
 use super::hypothesis::{Gate, HypothesisTest};
 use super::label::{Kind, Label, Reason};
 use super::oblique::ObliqueWall;
 use super::prediction::Prediction;
-use super::triple::{Between, TripleTest, Way, conditions};
-use crate::core::config::Config;
+use super::triple::TripleTest;
 
 /// What is known of an arc: its label, and all that was looked at for it.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,28 +17,29 @@ pub struct ArcReport {
     pub arc: Arc,
     /// What it belongs to.
     pub label: Label,
-    /// Radians that the angles lack, or have to spare, to the nearest bound that would change the
-    /// label; `None` where angles do not decide.
-    pub margin: Option<f64>,
-    /// How far the chi2 of its readings is from another label; `None` where readings do not decide.
-    pub chi2_margin: Option<f64>,
-    /// The way from the arc before it in its sonar's sequence; `None` where nothing echoed there.
-    pub before: Option<Way>,
-    /// The way to the arc after it.
-    pub after: Option<Way>,
-    /// The bend between the two, radians.
-    pub bend: f64,
+    /// How far what decides is from another label; `None` where nothing decides.
+    pub margin: Option<Margin>,
+    /// Whether the entry before it in its sonar's sequence is an echo, too.
+    pub follows_echo: bool,
     /// What the arc and its neighbours say; `None` where they make no triple.
     pub triple: Option<TripleTest>,
-    /// What the windows around it support, from the triple to the widest that was looked at. Empty
-    /// where it has no neighbour on one side.
-    pub windows: Shared<[HypothesisTest]>,
-    /// The rough wall that explains its readings at an angle, where no line and no point does.
-    pub oblique: Option<ObliqueWall>,
+    /// What the widest window around it that was looked at supports; `None` where it has no neighbour on one side.
+    pub window: Option<HypothesisTest>,
+    /// The rough wall that explains its readings at an angle, where no line and no point does. Few arcs have one.
+    pub oblique: Option<Box<ObliqueWall>>,
     /// The run that the arc is in, where it has a label; known once that has closed.
     pub run: Option<RunTest>,
     /// Which feature of the final map should have echoed; known at the end of the log.
     pub map: Option<Prediction>,
+}
+
+/// How far what decides a label is from another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Margin {
+    /// Radians that the angles lack, or have to spare, to the nearest bound: under the paper's rule.
+    Angle(f64),
+    /// Weighted squares of the residuals of the readings: under the noise-aware rule.
+    Chi2(f64),
 }
 
 /// What all the readings of a run support.
@@ -59,37 +58,35 @@ impl ArcReport {
             arc,
             label: Label::Unidentified(Reason::Missing),
             margin: None,
-            chi2_margin: None,
-            before: None,
-            after: None,
-            bend: 0.0,
+            follows_echo: false,
             triple: None,
-            windows: Shared::default(),
+            window: None,
             oblique: None,
             run: None,
             map: None,
         }
     }
 
-    /// The widest window that was looked at.
-    pub fn window(&self) -> Option<&HypothesisTest> {
-        self.windows.last()
+    /// Radians to the nearest bound that would change the label, where angles decide.
+    pub fn angle_margin(&self) -> Option<f64> {
+        match self.margin? {
+            Margin::Angle(radians) => Some(radians),
+            Margin::Chi2(_) => None,
+        }
     }
 
-    /// The comparisons that make an arc with two neighbours the middle of a triple, in the order in
-    /// which they are made; none without two neighbours.
-    pub fn conditions(&self, config: &Config) -> Vec<(Between, Condition)> {
-        let ways = self.before.as_ref().zip(self.after.as_ref());
-        let all = ways.map(|(before, after)| conditions([before, after], self.bend, config));
-        let all = all.into_iter().flatten();
-        all.map(|(between, condition, _)| (between, condition))
-            .collect()
+    /// How far the chi2 of its readings is from another label, where readings decide.
+    pub fn chi2_margin(&self) -> Option<f64> {
+        match self.margin? {
+            Margin::Chi2(chi2) => Some(chi2),
+            Margin::Angle(_) => None,
+        }
     }
 
     /// The tests of the readings around it, narrowest first, with the word for whose they are.
     pub fn tests(&self) -> impl Iterator<Item = (&'static str, &HypothesisTest)> {
         let triple = self.triple.as_ref().map(|triple| ("triple", &triple.test));
-        let window = self.window().map(|test| ("window", test));
+        let window = self.window.as_ref().map(|test| ("window", test));
         let run = self
             .run
             .as_ref()
@@ -130,7 +127,7 @@ impl ArcReport {
     pub fn worse_first(&self, other: &Self) -> Ordering {
         let fit = |report: &Self| {
             let triple = report.triple.as_ref().map(|triple| &triple.test);
-            let test = report.window().or(triple)?;
+            let test = report.window.as_ref().or(triple)?;
             Some(test.chi2_of(report.label.kind()?))
         };
         let by_doubt = other.doubt().total_cmp(&self.doubt());
@@ -149,6 +146,6 @@ mod tests {
 
     #[test]
     fn a_report_is_small_for_every_arc_of_a_log_has_one() {
-        assert!(size_of::<ArcReport>() <= 400, "{}", size_of::<ArcReport>());
+        assert!(size_of::<ArcReport>() <= 312, "{}", size_of::<ArcReport>());
     }
 }

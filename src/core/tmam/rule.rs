@@ -4,8 +4,9 @@ use super::arc::Arc;
 use super::fit::{Fit, FitOptions, fit_in_parts, fit_run};
 use super::hypothesis::Gate;
 use super::label::{Label, Reason};
-use super::report::ArcReport;
+use super::report::{ArcReport, Margin};
 use super::run::{Run, Runs};
+use super::triple::Way;
 use super::window::WindowResult;
 use crate::core::config::Config;
 
@@ -14,6 +15,8 @@ use crate::core::config::Config;
 pub struct Pending {
     /// What is known of it so far.
     pub report: ArcReport,
+    /// The way from the arc before it in its sonar's sequence; `None` where nothing echoed there.
+    pub before: Option<Way>,
     /// The arc between its neighbours, where the three make a triple.
     pub triple: Option<[Arc; 3]>,
     /// Whether the entry after it has come.
@@ -27,10 +30,8 @@ pub struct Pending {
 pub struct Decision {
     /// The label.
     pub label: Label,
-    /// Radians to the nearest bound that would change it, where angles decide.
-    pub margin: Option<f64>,
-    /// How far chi2 is from another label, where readings decide.
-    pub chi2_margin: Option<f64>,
+    /// How far what decides is from another one.
+    pub margin: Option<Margin>,
     /// The readings that decided.
     pub readings: Vec<Arc>,
     /// The arc between its neighbours, where the three make a triple.
@@ -112,8 +113,7 @@ impl Labelling {
         match self {
             Self::Angles => Some(Decision {
                 label: triple.map_or(arc.report.label, |triple| triple.label),
-                margin: triple.map(|triple| triple.margin),
-                chi2_margin: None,
+                margin: triple.map(|triple| Margin::Angle(triple.margin)),
                 readings: arc.triple.map(Vec::from).unwrap_or_default(),
                 three: arc.triple,
             }),
@@ -122,12 +122,11 @@ impl Labelling {
                 let undecided = Label::Unidentified(Reason::Ambiguous);
                 let by_window = match window.oblique {
                     Some(_) => Label::Unidentified(Reason::Oblique),
-                    None => window.tests.last().map_or(undecided, |t| t.label(decisive)),
+                    None => window.test.map_or(undecided, |t| t.label(decisive)),
                 };
                 Some(Decision {
                     label: triple.map_or(arc.report.label, |_| by_window),
-                    margin: None,
-                    chi2_margin: window.margin.filter(|_| triple.is_some()),
+                    margin: (window.margin.filter(|_| triple.is_some())).map(Margin::Chi2),
                     readings: window.readings.clone(),
                     three: arc.triple,
                 })

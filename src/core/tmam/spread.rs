@@ -6,24 +6,27 @@
 use super::arc::Arc;
 use super::pair::{MIN_BASELINE, cos_contact, cos_intersection};
 
-/// Predicted standard deviations of the two angles, radians; `None` where the angle has no
+/// Predicted standard deviations of the two angles, radians; infinite where the angle has no
 /// derivative (end-on, or no base line).
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
-    /// Of theta_c.
-    pub theta_c: Option<f64>,
-    /// Of theta_i.
-    pub theta_i: Option<f64>,
+    theta_c: f64,
+    theta_i: f64,
 }
 
 impl Spread {
+    const WITHOUT_END: Self = Self {
+        theta_c: f64::INFINITY,
+        theta_i: f64::INFINITY,
+    };
+
     /// Of three neighbouring arcs. The two sides of travel mirror each other, so they spread alike.
     pub fn of([before, middle, after]: [&Arc; 3]) -> Self {
         let ranges = [before.range, middle.range, after.range];
         let first = (middle.center() - before.center()).norm();
         let second = (after.center() - middle.center()).norm();
         if first < MIN_BASELINE || second < MIN_BASELINE {
-            return Self::default();
+            return Self::WITHOUT_END;
         }
         let variances = [before.variance, middle.variance, after.variance];
         let sigma = |gradient: [f64; 3]| {
@@ -31,12 +34,26 @@ impl Spread {
             let variance: f64 = terms
                 .map(|(slope, variance)| slope * slope * variance)
                 .sum();
-            variance.is_finite().then(|| variance.sqrt())
+            if variance.is_finite() {
+                variance.sqrt()
+            } else {
+                f64::INFINITY
+            }
         };
         Self {
             theta_c: sigma(slopes_of_theta_c(ranges, first, second)),
             theta_i: sigma(slopes_of_theta_i(ranges, first, second)),
         }
+    }
+
+    /// Of theta_c, where it has a derivative.
+    pub fn theta_c(&self) -> Option<f64> {
+        Some(self.theta_c).filter(|sigma| sigma.is_finite())
+    }
+
+    /// Of theta_i, where it has one.
+    pub fn theta_i(&self) -> Option<f64> {
+        Some(self.theta_i).filter(|sigma| sigma.is_finite())
     }
 }
 
@@ -143,7 +160,6 @@ mod tests {
         }
         for (sum, predicted) in [(sum_c, predicted.theta_c), (sum_i, predicted.theta_i)] {
             let found = (sum / f64::from(n)).sqrt();
-            let predicted = predicted.unwrap();
             assert!(
                 (found / predicted - 1.0).abs() < 0.06,
                 "{found} {predicted}"
@@ -156,7 +172,7 @@ mod tests {
         let arcs = [0.0, 0.12, 0.24].map(|x| arc(0, Vec2::new(x, 0.0), 0.0, 3.0 - x));
         let [a, b, c] = &arcs;
         let spread = Spread::of([a, b, c]);
-        assert!(spread.theta_c.is_none_or(|sigma| sigma > 1e3), "{spread:?}");
-        assert_eq!(Spread::of([a, a, a]), Spread::default());
+        assert!(spread.theta_c > 1e3, "{spread:?}");
+        assert_eq!(Spread::of([a, a, a]).theta_c(), None);
     }
 }

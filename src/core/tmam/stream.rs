@@ -33,14 +33,13 @@ impl Stream {
         let [before, middle] = std::mem::take(&mut self.last_two);
         let way = middle.zip(next).map(|(a, b)| Way::between(&a, &b));
         if let (Some(middle), Some(newest)) = (middle, self.pending.back_mut()) {
-            let report = &mut newest.report;
-            (report.after, newest.is_followed) = (way, true);
+            newest.is_followed = true;
             if let (Some(before), Some(after)) = (before, next)
-                && let (Some(way_before), Some(way_after)) = (report.before, way)
+                && let (Some(way_before), Some(way_after)) = (newest.before, way)
             {
                 let three = [before, middle, after];
-                report.bend = bend(&three);
-                match obstacle([&way_before, &way_after], report.bend, config) {
+                let report = &mut newest.report;
+                match obstacle([&way_before, &way_after], bend(&three), config) {
                     Some(reason) => report.label = Label::Unidentified(reason),
                     None => {
                         let mut triple = TripleTest::of(&three, &config.triple, gate);
@@ -55,9 +54,10 @@ impl Stream {
         self.last_two = [middle, next];
         if let Some(arc) = next {
             let mut report = ArcReport::new(arc);
-            report.before = way;
+            report.follows_echo = way.is_some();
             self.pending.push_back(Pending {
                 report,
+                before: way,
                 triple: None,
                 is_followed: false,
                 window: None,
@@ -74,7 +74,7 @@ impl Stream {
         reports: &mut [ArcReport],
     ) {
         let newest = self.pending.back().filter(|_| next.is_some());
-        let way = newest.and_then(|newest| newest.report.before);
+        let way = newest.and_then(|newest| newest.before);
         if !way.is_some_and(|way| way.continues(config)) {
             let ended = self.window.end();
             self.settle(ended, reports);
@@ -102,9 +102,9 @@ impl Stream {
         } = self.pending.pop_front()?;
         report.label = decision.label;
         report.margin = decision.margin;
-        report.chi2_margin = decision.chi2_margin;
-        report.oblique = window.as_ref().and_then(|window| window.oblique);
-        report.windows = window.map(|window| window.tests).unwrap_or_default();
+        let oblique = window.as_ref().and_then(|window| window.oblique);
+        report.oblique = oblique.map(Box::new);
+        report.window = window.and_then(|window| window.test);
         self.labelled.push(reports.len());
         reports.push(report.clone());
         Some((report, decision))
@@ -143,7 +143,7 @@ impl Stream {
                 Some(pending) => pending.window = Some(result),
                 None => {
                     if let Some(report) = self.labelled(result.arc, reports) {
-                        report.windows = result.tests;
+                        report.window = result.test;
                     }
                 }
             }

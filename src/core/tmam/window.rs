@@ -1,7 +1,6 @@
 //! The triple widened: how many readings to either side it takes to tell a line from a point.
 
 use std::collections::VecDeque;
-use std::sync::Arc as Shared;
 
 use super::arc::{Arc, ArcId};
 use super::hypothesis::{Gate, HypothesisTest, Support};
@@ -14,10 +13,9 @@ use crate::core::config;
 pub struct WindowResult {
     /// The arc in the middle.
     pub arc: ArcId,
-    /// The tests of the windows that were looked at, narrowest first; none where the arc has no
-    /// neighbour on one side.
-    pub tests: Shared<[HypothesisTest]>,
-    /// The readings of the last window, where they decided: `k-m ..= k+m`.
+    /// The test of the last window that was looked at; `None` where the arc has no neighbour on one side.
+    pub test: Option<HypothesisTest>,
+    /// The readings of that window, where they decided: `k-m ..= k+m`.
     pub readings: Vec<Arc>,
     /// Where neither a line nor a point explains them: the rough wall that explains them and those before
     /// them at an angle.
@@ -43,15 +41,16 @@ struct Lacking {
 struct Growing {
     /// Its place in the stretch, counted from the stretch's first arc.
     at: usize,
-    tests: Vec<HypothesisTest>,
+    /// The test of the widest window so far.
+    test: Option<HypothesisTest>,
     done: bool,
     decided: bool,
     oblique: Option<ObliqueWall>,
     lacking: Lacking,
     margin: f64,
-    /// Where circles are asked for: how many windows it took to decide for a point, and the margin of that. Wider
-    /// ones may still tell a circle.
-    point: Option<(usize, f64)>,
+    /// Where circles are asked for: the first test that decided for a point, and the margin of that. Wider windows
+    /// may still tell a circle.
+    point: Option<(HypothesisTest, f64)>,
 }
 
 impl Lacking {
@@ -91,7 +90,7 @@ impl AdaptiveWindow {
         self.arcs.make_contiguous();
         self.growing.push_back(Growing {
             at: newest,
-            tests: Vec::new(),
+            test: None,
             done: false,
             decided: false,
             oblique: None,
@@ -170,10 +169,10 @@ impl AdaptiveWindow {
                 }
             }
         };
-        one.tests.push(test);
+        one.test = Some(test);
         one.point = match kind {
             Some(Kind::Circle) => None,
-            Some(Kind::Point) if circles => one.point.or(Some((half, one.margin))),
+            Some(Kind::Point) if circles => one.point.or(Some((test, one.margin))),
             _ => one.point,
         };
         if let Some((_, margin)) = one.point {
@@ -194,26 +193,20 @@ impl AdaptiveWindow {
 
     fn settled(&mut self, may_go: impl Fn(&Growing) -> bool) -> Vec<WindowResult> {
         let mut settled = Vec::new();
-        while let Some(mut one) = self.growing.pop_front_if(|one| may_go(one)) {
+        while let Some(one) = self.growing.pop_front_if(|one| may_go(one)) {
             let Some(arc) = self.arcs.get(one.at - self.first) else {
                 continue;
             };
             // What turned out to be no circle is the point that it was.
-            if let Some((deciding, _)) = one.point {
-                one.tests.truncate(deciding);
-            }
-            let readings = if one.decided {
-                self.window(one.at, one.tests.len()).to_vec()
-            } else {
-                Vec::new()
-            };
-            let has_test = !one.tests.is_empty();
+            let test = one.point.map(|(test, _)| test).or(one.test);
+            let deciding = test.filter(|_| one.decided);
+            let readings = deciding.map(|test| self.window(one.at, test.half_width()).to_vec());
             settled.push(WindowResult {
                 arc: arc.id,
-                tests: one.tests.into(),
-                readings,
+                test,
+                readings: readings.unwrap_or_default(),
                 oblique: one.oblique,
-                margin: Some(one.margin).filter(|margin| has_test && margin.is_finite()),
+                margin: Some(one.margin).filter(|margin| test.is_some() && margin.is_finite()),
             });
         }
         settled
@@ -270,9 +263,9 @@ mod tests {
         }
         settled.extend(widening.end());
         let became = |window: &WindowResult| Became {
-            kind: window.tests.last().and_then(|test| test.decided(decisive)),
+            kind: window.test.and_then(|test| test.decided(decisive)),
             margin: window.margin,
-            test: window.tests.last().copied(),
+            test: window.test,
         };
         settled.iter().map(became).collect()
     }

@@ -134,7 +134,7 @@ fn of_sonar(
     let yaw = mount.yaw + own(Quantity::Yaw);
     add("yaw", degrees(mount.yaw), degrees(yaw), 2);
     let wider = own(Quantity::BeamWidth) + all(Quantity::BeamWidth);
-    if let Some(reading) = events.readings.iter().find(|reading| reading.sonar == id) {
+    if let Some(reading) = events.readings.of_sonar(id).next() {
         let width = reading.beam_width;
         add("beam_width", degrees(width), degrees(width + wider), 2);
     }

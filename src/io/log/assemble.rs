@@ -12,7 +12,7 @@ use super::message::Role;
 use super::namespaces::{Frames, is_in};
 use super::odometry::{Chosen, Circumstances, Odometry};
 use super::sonars::Placing;
-use super::stamps::{self, Clock, ClockSet};
+use super::stamps::{self, Clock, ClockSet, LeftOut};
 use super::tracks::one_track;
 use super::traits::Traits;
 use super::transforms::TransformTree;
@@ -178,13 +178,12 @@ fn put_together(
         odometry.traits.forget_speeds();
     }
     let topic = &odometry.topic;
-    lost.extend(stamps::take_out_astray(&mut samples, |s| s.stamp_ns, topic));
-    lost.extend(stamps::take_out_far(&mut samples, topic));
-    lost.extend(stamps::take_out_astray(
-        &mut readings,
-        |r| r.stamp_ns,
-        "range topics",
-    ));
+    let astray = LeftOut::astray(samples.iter().map(|s| s.stamp_ns), topic);
+    lost.extend(astray.map(|it| it.take_out(|stays| samples.retain(|_| stays()))));
+    let far = LeftOut::far(&samples, topic);
+    lost.extend(far.map(|it| it.take_out(|stays| samples.retain(|_| stays()))));
+    let astray = LeftOut::astray(readings.iter().map(|r| r.stamp_ns), "range topics");
+    lost.extend(astray.map(|it| it.take_out(|stays| readings.retain_mut(|_| stays()))));
     notes.extend(stamps::twins(&readings));
     let ranges: Vec<&Clock> = gathered
         .sources
@@ -215,7 +214,7 @@ fn put_together(
     notes.extend(repeats::note(&readings, &repeating, &sonars, dropped));
     if dropped {
         let mut repeating = repeating.into_iter();
-        readings.retain(|_| repeating.next() != Some(true));
+        readings.retain_mut(|_| repeating.next() != Some(true));
     }
     let mut events = Events {
         sonars,

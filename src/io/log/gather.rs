@@ -13,7 +13,7 @@ use super::odometry::{Odometry, stamp};
 use super::sonars::{Source, SourceKey};
 use super::transforms::Origin;
 use crate::core::config::{Config, StampsFrom};
-use crate::core::event::{RangeReading, SonarId};
+use crate::core::event::{RangeReading, Readings, SonarId};
 use crate::core::wording::counted;
 
 /// Topic and frame of a message that stands in for all that is missing.
@@ -51,7 +51,7 @@ pub struct Gatherer {
     /// Messages without a range, by topic.
     empty: BTreeMap<String, u64>,
     /// Each with the place of its sonar in `sources` for an id.
-    pub readings: Vec<RangeReading>,
+    pub readings: Readings,
     /// Whether there are more sonars than can be told apart.
     pub crowded: bool,
     pub tracks: BTreeMap<String, Odometry>,

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::core::event::{OdometrySample, RangeReading};
+use crate::core::event::{OdometrySample, Readings};
 use crate::core::geometry::{Pose2, Vec2, wrap_angle};
 use crate::core::statistics::{median, seconds};
 
@@ -20,7 +20,7 @@ pub fn is_leap(distance: f64, seconds: f64) -> bool {
 /// The samples, in stamp order, from `start` to `end` seconds after the first reading.
 pub fn window<'a>(
     samples: &'a [OdometrySample],
-    readings: &[RangeReading],
+    readings: &Readings,
     start: Option<f64>,
     end: Option<f64>,
 ) -> &'a [OdometrySample] {

@@ -2,7 +2,7 @@
 //! more often than its sonar fires.
 
 use crate::core::config::Frames;
-use crate::core::event::{OdometrySample, RangeReading, Return, Sonar};
+use crate::core::event::{OdometrySample, RangeReading, Readings, Return, Sonar};
 use crate::core::geometry::{Pose2, wrap_angle};
 use crate::core::odometry::Track;
 
@@ -16,7 +16,7 @@ const SHARE: f64 = 0.2;
 /// from another pose. Readings and samples are in stamp order; readings were taken `range_delay`
 /// seconds before their stamps. One outside the samples repeats nothing.
 pub fn find(
-    readings: &[RangeReading],
+    readings: &Readings,
     samples: &[OdometrySample],
     range_delay: f64,
     sonars: usize,
@@ -28,9 +28,10 @@ pub fn find(
     };
     let track = Track::new(samples, &bounds).with_range_delay(range_delay);
     let mut last: Vec<Option<(u64, Pose2)>> = vec![None; sonars];
-    let repeats = |reading: &RangeReading| {
-        let is_echo = reading.classify() == Return::Echo;
-        let here = track.world_from_robot_at(reading).ok().filter(|_| is_echo);
+    let mut near = 0;
+    let repeats = |reading: RangeReading| {
+        let here = track.world_from_robot_next(&reading, &mut near).ok();
+        let here = here.filter(|_| reading.classify() == Return::Echo);
         let now = here.map(|here| (reading.range.to_bits(), here));
         let Some(last) = last.get_mut(reading.sonar.index()) else {
             return false;
@@ -50,7 +51,7 @@ fn has_moved(from: Pose2, to: Pose2) -> bool {
 
 /// What a person is told of the repeats; `None` where there are few.
 pub fn note(
-    readings: &[RangeReading],
+    readings: &Readings,
     repeats: &[bool],
     sonars: &[Sonar],
     dropped: bool,
@@ -120,7 +121,7 @@ mod tests {
 
     #[test]
     fn the_same_echo_from_another_pose_repeats() {
-        let readings = [
+        let readings = Readings::from_iter([
             reading(0, 0, 1.5),
             reading(5, 1, 1.5),  // another sonar
             reading(10, 0, 1.5), // repeats
@@ -130,7 +131,7 @@ mod tests {
             reading(120, 0, 1.7),
             reading(140, 0, 1.7), // the robot stands
             reading(500, 0, 1.7), // where it is then is not known
-        ];
+        ]);
         let repeats = find(&readings, &samples(), 0.0, 2);
         let found: Vec<usize> = (0..readings.len()).filter(|i| repeats[*i]).collect();
         assert_eq!(found, [2]);
@@ -143,7 +144,7 @@ mod tests {
             topic: "/left".into(),
             robot_from_sensor: Pose2::IDENTITY,
         }];
-        let readings: Vec<_> = (0..5).map(|k| reading(10 * k, 0, 1.5)).collect();
+        let readings: Readings = (0..5).map(|k| reading(10 * k, 0, 1.5)).collect();
         let all = find(&readings, &samples(), 0.0, 1);
         let said = note(&readings, &all, &sonars, false).unwrap();
         assert!(said.contains("left 80 %"), "{said}");

@@ -12,7 +12,7 @@ use super::stamps::Clock;
 use super::traits::{Contradicted, MountTraits};
 use super::transforms::{Mount, NoMount, TransformTree};
 use crate::core::config::{BeamAxis, Config, MountsLie, SonarOverride};
-use crate::core::event::{RangeReading, Sonar, SonarId};
+use crate::core::event::{RangeReading, Readings, Sonar, SonarId};
 use crate::core::geometry::{Pose2, direction};
 use crate::core::pattern::is_chosen;
 use crate::core::wording::{counted, few, plural};
@@ -127,7 +127,7 @@ pub struct Placed {
     /// What is said of their mounts besides.
     pub traits: Vec<MountTraits>,
     /// By stamp, ties by sonar.
-    pub readings: Vec<RangeReading>,
+    pub readings: Readings,
     /// What is missing of the sonars that cannot be used, while others can, by name.
     pub left_out: Vec<LogError>,
     /// The same, for a person.
@@ -184,7 +184,7 @@ impl Placing<'_> {
     pub fn place(
         &self,
         sources: &[Source],
-        mut readings: Vec<RangeReading>,
+        mut readings: Readings,
         notes: &mut Vec<String>,
     ) -> Result<Placed, LogError> {
         let mut named = self.name(sources, notes);
@@ -249,10 +249,7 @@ impl Placing<'_> {
         }
         notes.extend(on_missing_widths(&by_name));
         notes.extend(on_senseless_widths(&by_name, self));
-        let place = |r: &RangeReading| (r.stamp_ns, r.sonar);
-        if !readings.is_sorted_by_key(place) {
-            readings.sort_by_key(place); // which takes memory
-        }
+        readings.sort_by_place();
         Ok(Placed {
             sonars,
             traits,

@@ -2,7 +2,7 @@
 //! come twice, readings that no odometry covers.
 
 use crate::core::config::Frames;
-use crate::core::event::{OdometrySample, RangeReading};
+use crate::core::event::{OdometrySample, RangeReading, Readings};
 use crate::core::wording::{counted, seconds_between, times};
 
 /// A stamp that moves so much otherwise than the time of recording was made by a clock that was set,
@@ -335,63 +335,71 @@ pub fn backward(ranges: &[&Clock], odometry: &Clock) -> Option<String> {
     })
 }
 
-/// Takes out the few messages whose stamps lie more than [`AWAY`] from all others: damaged ones, or those of a
-/// clock that was not set yet. `items` are in stamp order. Says what was lost.
-pub fn take_out_astray<T>(
-    items: &mut Vec<T>,
-    stamp: impl Fn(&T) -> i64,
-    what: &str,
-) -> Option<String> {
-    let is_apart = |a: &T, b: &T| stamp(b).saturating_sub(stamp(a)) > AWAY;
-    let (lost, first) = take_out_apart(items, &stamp, is_apart)?;
-    Some(format!(
-        "{} on {what} with a stamp more than an hour from all others left out, the first at {:.3} s",
-        counted(lost, "message"),
-        seconds(first)
-    ))
+/// The few of a log's messages, in stamp order, that are to be left out.
+#[derive(Debug)]
+pub struct LeftOut {
+    /// Whether each of all messages stays.
+    stays: Vec<bool>,
+    /// What is lost.
+    loss: String,
 }
 
-/// Takes out the few poses that lie more than [`FAR`] from those before and behind, and says what was lost.
-/// Samples are in stamp order.
-pub fn take_out_far(samples: &mut Vec<OdometrySample>, topic: &str) -> Option<String> {
-    let place = |sample: &OdometrySample| sample.world_from_robot.position();
-    let is_apart = |a: &OdometrySample, b: &OdometrySample| (place(b) - place(a)).norm() > FAR;
-    let (lost, first) = take_out_apart(samples, |sample| sample.stamp_ns, is_apart)?;
-    Some(format!(
-        "{} on {topic} more than {FAR} m from all others left out, the first at {:.3} s",
-        counted(lost, "pose"),
-        seconds(first)
-    ))
-}
+impl LeftOut {
+    /// Those whose stamps lie more than [`AWAY`] from all others: damaged ones, or those of a clock that was not
+    /// set yet.
+    pub fn astray(stamps: impl Iterator<Item = i64>, what: &str) -> Option<Self> {
+        let stamps: Vec<i64> = stamps.collect();
+        let is_apart = |a: &i64, b: &i64| b.saturating_sub(*a) > AWAY;
+        Self::apart(&stamps, is_apart, |lost, first| {
+            let (lost, first) = (counted(lost, "message"), seconds(*first));
+            format!(
+                "{lost} on {what} with a stamp more than an hour from all others left out, the first at {first:.3} s"
+            )
+        })
+    }
 
-/// Takes out what comes by [`FEW`] at the most and is apart from its neighbours, unless that is much of all.
-/// How many, and the stamp of the first.
-fn take_out_apart<T>(
-    items: &mut Vec<T>,
-    stamp: impl Fn(&T) -> i64,
-    is_apart: impl Fn(&T, &T) -> bool,
-) -> Option<(u64, i64)> {
-    let mut stays = Vec::with_capacity(items.len());
-    for run in items.chunk_by(|a, b| !is_apart(a, b)) {
-        stays.extend(std::iter::repeat_n(run.len() > FEW, run.len()));
+    /// The poses that lie more than [`FAR`] from those before and behind.
+    pub fn far(samples: &[OdometrySample], topic: &str) -> Option<Self> {
+        let place = |sample: &OdometrySample| sample.world_from_robot.position();
+        let is_apart = |a: &OdometrySample, b: &OdometrySample| (place(b) - place(a)).norm() > FAR;
+        Self::apart(samples, is_apart, |lost, first| {
+            let (lost, first) = (counted(lost, "pose"), seconds(first.stamp_ns));
+            format!(
+                "{lost} on {topic} more than {FAR} m from all others left out, the first at {first:.3} s"
+            )
+        })
     }
-    let lost = stays.iter().filter(|stays| !**stays).count();
-    let first = stays.iter().position(|stays| !stays)?;
-    if 10 * lost >= items.len() {
-        return None;
+
+    /// What comes by [`FEW`] at the most and is apart from its neighbours, unless that is much of all.
+    fn apart<T>(
+        items: &[T],
+        is_apart: impl Fn(&T, &T) -> bool,
+        loss: impl FnOnce(u64, &T) -> String,
+    ) -> Option<Self> {
+        let mut stays = Vec::with_capacity(items.len());
+        for run in items.chunk_by(|a, b| !is_apart(a, b)) {
+            stays.extend(std::iter::repeat_n(run.len() > FEW, run.len()));
+        }
+        let lost = stays.iter().filter(|stays| !**stays).count();
+        let first = items.get(stays.iter().position(|stays| !stays)?)?;
+        let loss = loss(lost as u64, first);
+        (10 * lost < items.len()).then_some(Self { stays, loss })
     }
-    let first = items.get(first).map(stamp)?;
-    let mut stays = stays.into_iter();
-    items.retain(|_| stays.next() != Some(false));
-    Some((lost as u64, first))
+
+    /// Takes them out, by a function that retains what stays; says what is lost.
+    pub fn take_out(self, retain: impl FnOnce(&mut dyn FnMut() -> bool)) -> String {
+        let mut stays = self.stays.into_iter();
+        retain(&mut || stays.next() != Some(false));
+        self.loss
+    }
 }
 
 /// Readings with the stamp of another one of their sonar; they are in stamp order.
-pub fn twins(readings: &[RangeReading]) -> Option<String> {
-    let count = readings
-        .windows(2)
-        .filter(|pair| matches!(pair, [a, b] if (a.stamp_ns, a.sonar) == (b.stamp_ns, b.sonar)))
-        .count();
+pub fn twins(readings: &Readings) -> Option<String> {
+    let place = |reading: RangeReading| (reading.stamp_ns, reading.sonar);
+    let places = readings.iter().map(place);
+    let pairs = places.clone().zip(places.skip(1));
+    let count = pairs.filter(|(a, b)| a == b).count();
     (count > 0).then(|| {
         format!(
             "{count} of {} {} the stamp of another one of the same sonar: a driver that \
@@ -405,7 +413,7 @@ pub fn twins(readings: &[RangeReading]) -> Option<String> {
 /// Readings that have no pose, where they are many or the odometry was interrupted. Both in stamp
 /// order.
 pub fn uncovered(
-    readings: &[RangeReading],
+    readings: &Readings,
     samples: &[OdometrySample],
     bounds: &Frames,
     range_delay: f64,
@@ -423,9 +431,12 @@ pub fn uncovered(
     for pair in samples.windows(2) {
         let [a, b] = pair else { continue };
         let width = seconds(b.stamp_ns.saturating_sub(a.stamp_ns));
+        if width <= bounds.max_odometry_gap {
+            continue;
+        }
         let [from, to] = [a, b].map(|sample| on_their_clock(sample.stamp_ns));
         let lost = below(to).saturating_sub(up_to(from));
-        if width > bounds.max_odometry_gap && lost > 0 {
+        if lost > 0 {
             gaps += 1;
             within += lost;
             if width > longest.0 {

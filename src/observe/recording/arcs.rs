@@ -68,8 +68,8 @@ fn story(sonar: &str, report: &ArcReport) -> String {
     let test = &triple.test;
     format!(
         "{sonar}, {label}; theta_c {}, theta_i {}; chi2 line {}, point {}: {}",
-        angle(triple.angles.theta_c, triple.spread.theta_c),
-        angle(triple.angles.theta_i, triple.spread.theta_i),
+        angle(triple.angles.theta_c, triple.spread.theta_c()),
+        angle(triple.angles.theta_i, triple.spread.theta_i()),
         chi2(test.chi2_line),
         chi2(test.chi2_point),
         test.support.name()

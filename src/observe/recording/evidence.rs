@@ -31,7 +31,7 @@ impl Known {
     }
 
     fn wide(&self) -> Option<&HypothesisTest> {
-        self.report.window()
+        self.report.window.as_ref()
     }
 
     fn run(&self) -> Option<&HypothesisTest> {
@@ -63,11 +63,11 @@ pub fn batches(arcs: &[Known]) -> Vec<SerializedComponentBatch> {
         word("label", |arc| Some(arc.report.label.name())),
         word("reason", |arc| Some(arc.report.label.reason()?.name())),
         number("theta_c", |arc| Some(arc.triple()?.angles.theta_c)),
-        number("theta_c_sigma", |arc| arc.triple()?.spread.theta_c),
+        number("theta_c_sigma", |arc| arc.triple()?.spread.theta_c()),
         number("theta_i", |arc| Some(arc.triple()?.angles.theta_i)),
-        number("theta_i_sigma", |arc| arc.triple()?.spread.theta_i),
-        number("margin", |arc| arc.report.margin),
-        number("chi2_margin", |arc| arc.report.chi2_margin),
+        number("theta_i_sigma", |arc| arc.triple()?.spread.theta_i()),
+        number("margin", |arc| arc.report.angle_margin()),
+        number("chi2_margin", |arc| arc.report.chi2_margin()),
         word("opinion", |arc| Some(arc.test()?.support.name())),
         number("chi2_line", |arc| Some(arc.test()?.chi2_line)),
         number("chi2_point", |arc| Some(arc.test()?.chi2_point)),

@@ -113,14 +113,14 @@ pub fn deciding(config: &Config, beam_width: f64) -> [Plot; 2] {
 /// By how much the chi2 of a line is ahead of that of a point in the widest window.
 fn lead(report: &ArcReport) -> Option<f64> {
     report.triple.as_ref()?;
-    let window = report.window()?;
+    let window = report.window?;
     Some(window.chi2_point - window.chi2_line)
 }
 
 /// chi2 of the better of line and point in the widest window, by its gate; of a circle, where it is one.
 fn fit(report: &ArcReport) -> Option<f64> {
     report.triple.as_ref()?;
-    let window = report.window()?;
+    let window = report.window?;
     Some(match window.chi2_circle {
         Some(circle) if report.label == Label::Circle => circle / window.gate_circle,
         _ => window.chi2_line.min(window.chi2_point) / window.gate,

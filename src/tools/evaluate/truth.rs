@@ -412,7 +412,7 @@ impl Truth {
             .readings()
             .filter(|reading| reading.classify() == Return::Echo);
         for reading in echoes {
-            if let Some(Target::Reflector(of)) = self.reading_target(replay, &track, reading) {
+            if let Some(Target::Reflector(of)) = self.reading_target(replay, &track, &reading) {
                 *self.seen.entry(of).or_default() += 1;
             }
         }

@@ -4,13 +4,14 @@
 use serde::{Serialize, Serializer, ser::SerializeStruct as _};
 
 use super::readings::Obstacle;
-use super::sequences::SonarEntry;
+use super::sequences::{SonarEntry, way_to};
 use crate::core::config::{Config, TestBounds, Triple};
 use crate::core::rounding::rounded;
 use crate::core::tmam::arc::Arc;
 use crate::core::tmam::condition::Relation;
 use crate::core::tmam::hypothesis::{Gate, HypothesisTest};
 use crate::core::tmam::label::Label;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::triple::Angles;
 use crate::io::config::keys::{KEYS, Unit};
 
@@ -214,7 +215,7 @@ pub fn by_neighbours(obstacles: &[Obstacle], then: Option<&'static str>) -> Vec<
 }
 
 /// Every window that could be looked at around an arc, from the triple on: those that the rule looked
-/// at, and wider ones to which other parameters would lead.
+/// at, of which the report holds the last, and wider ones to which other parameters would lead.
 #[derive(Debug)]
 pub struct Windows<'a> {
     tests: Vec<HypothesisTest>,
@@ -226,22 +227,25 @@ impl<'a> Windows<'a> {
     pub fn new(sequence: &[SonarEntry<'_>], place: usize, config: &'a Config) -> Self {
         let report = |at: usize| sequence.get(at).and_then(|given| given.report);
         let bounds = &config.opinion;
-        let continues = |to: usize| {
-            let way = report(to).and_then(|report| report.before);
-            way.is_some_and(|way| way.continues(config))
-        };
+        let continues = |to: usize| way_to(sequence, to).is_some_and(|way| way.continues(config));
         let room = (1..=place.min(bounds.max_half_width))
             .take_while(|m| continues(place - m + 1) && continues(place + m))
             .count();
-        let gate = Gate::new(bounds.gate);
-        let mut tests = report(place).map_or_else(Vec::new, |report| report.windows.to_vec());
-        for m in tests.len() + 1..=room {
+        let (gate, circles) = (Gate::new(bounds.gate), config.departures().circles);
+        let test = |m: usize| {
             let arcs = (place - m..=place + m).filter_map(|at| Some(report(at)?.arc));
-            let arcs: Vec<Arc> = arcs.collect();
-            let circles = config.departures().circles;
-            tests.push(HypothesisTest::with_circles(circles, &arcs, &gate));
+            HypothesisTest::with_circles(circles, &arcs.collect::<Vec<Arc>>(), &gate)
+        };
+        Self {
+            tests: (1..=room).map(test).collect(),
+            bounds,
         }
-        Self { tests, bounds }
+    }
+
+    /// Those that the rule looked at, narrowest first.
+    pub fn looked_at(&self, report: &ArcReport) -> &[HypothesisTest] {
+        let count = report.window.map_or(0, |last| last.half_width());
+        self.tests.get(..count).unwrap_or(&self.tests)
     }
 
     /// What `opinion.gate` and `opinion.decisive` would have to be for another label: tried on

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::sequences::SonarEntry;
+use super::sequences::{SonarEntry, way_to};
 use crate::core::config::Config;
 use crate::core::rounding::{number, optional};
 use crate::core::statistics::seconds;
 use crate::core::tmam::arc::Arc;
-use crate::core::tmam::triple::Between;
+use crate::core::tmam::triple::{Between, bend, conditions};
 use crate::tools::tables::{TableColumn, listed};
 
 /// A reading, placed in the world. SI units and radians.
@@ -105,26 +105,31 @@ impl Situation {
                 Some((_, Some(report))) => Neighbour::Echo(Reading::new(&report.arc, origin_ns)),
                 Some((frame, None)) => Neighbour::NoEcho { frame },
             };
-        let report = this.and_then(|given| given.report);
-        let conditions = report.map(|report| report.conditions(config));
-        let broken = conditions.into_iter().flatten().filter(|(_, c)| !c.holds());
+        let three = match [before, this, after].map(|given| Some(given?.report?.arc)) {
+            [Some(before), Some(arc), Some(after)] => Some([before, arc, after]),
+            _ => None,
+        };
+        let ways = [way_to(sequence, place), way_to(sequence, place + 1)];
+        let conditions = match (&three, &ways) {
+            (Some(three), [Some(to), Some(on)]) => Some(conditions([to, on], bend(three), config)),
+            _ => None,
+        };
+        let broken = (conditions.into_iter().flatten()).filter(|(_, c, _)| !c.holds());
+        let [way_before, way_after] = ways.map(|way| way.map(|way| way.length));
         Self {
             before: neighbour(before),
             after: neighbour(after),
-            way_before: report.and_then(|report| Some(report.before?.length)),
-            way_after: report.and_then(|report| Some(report.after?.length)),
+            way_before,
+            way_after,
             obstacles: broken
-                .map(|(between, condition)| Obstacle {
+                .map(|(between, condition, _)| Obstacle {
                     key: condition.key,
                     between,
                     found: condition.found,
                     allowed: condition.bound,
                 })
                 .collect(),
-            three: match [before, this, after].map(|given| Some(given?.report?.arc)) {
-                [Some(before), Some(arc), Some(after)] => Some([before, arc, after]),
-                _ => None,
-            },
+            three,
         }
     }
 

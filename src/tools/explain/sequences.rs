@@ -6,6 +6,7 @@ use crate::core::event::SonarId;
 use crate::core::replay::{Outcome, Replay};
 use crate::core::tmam::arc::{Arc, ArcId};
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::Way;
 
 /// What a sonar gave a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +14,12 @@ pub struct SonarEntry<'a> {
     pub frame: u32,
     /// The echo; `None` where nothing came back.
     pub report: Option<&'a ArcReport>,
+}
+
+/// The way of the sensor to the echo at `place` of a sequence; `None` where nothing echoed before it.
+pub fn way_to(sequence: &[SonarEntry<'_>], place: usize) -> Option<Way> {
+    let arc = |at: usize| Some(&sequence.get(at)?.report?.arc);
+    Some(Way::between(arc(place.checked_sub(1)?)?, arc(place)?))
 }
 
 /// Every sonar's entries, in order.

@@ -218,8 +218,8 @@ impl AnglesStory {
         Self {
             theta_c: angles.theta_c,
             theta_i: angles.theta_i,
-            theta_c_sigma: triple.spread.theta_c,
-            theta_i_sigma: triple.spread.theta_i,
+            theta_c_sigma: triple.spread.theta_c(),
+            theta_i_sigma: triple.spread.theta_i(),
             has_contact: has_common_side(&angles.contact),
             has_intersection: has_common_side(&angles.intersection),
             margin: triple.margin,

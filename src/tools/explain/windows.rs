@@ -38,8 +38,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// The windows that were looked at around the arc at `place` of a sequence.
-    pub fn looked_at(
+    /// The windows with these tests around the arc at `place` of a sequence, narrowest first.
+    pub fn all(
         tests: &[HypothesisTest],
         sequence: &[SonarEntry<'_>],
         place: usize,
@@ -148,11 +148,11 @@ impl Window {
 
 /// Why no wider window was looked at: `decided`, `neither`, `max-half-width` or `no-more-readings`.
 pub fn end(report: &ArcReport, bounds: &TestBounds) -> Option<&'static str> {
-    let last = report.window()?;
+    let last = report.window?;
     Some(match last.label(bounds.decisive) {
         Label::Contact | Label::Intersection | Label::Circle => "decided",
         Label::Unidentified(Reason::Neither) => "neither",
-        Label::Unidentified(_) if report.windows.len() == bounds.max_half_width => "max-half-width",
+        Label::Unidentified(_) if last.half_width() == bounds.max_half_width => "max-half-width",
         Label::Unidentified(_) => "no-more-readings",
     })
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::odometry::{self, OdometryFacts};
 use super::sonars::{self, SonarFacts};
 use super::trial::{Replayable, Trial};
-use crate::core::event::RangeReading;
+use crate::core::event::Readings;
 use crate::core::observer::Source;
 use crate::core::pattern::is_chosen;
 use crate::core::replay::Outcome;
@@ -125,7 +125,7 @@ pub fn without_beam(obstacles: &[LogError]) -> Vec<&str> {
     sonars.collect()
 }
 
-fn span(readings: &[RangeReading], channels: &[ChannelFacts]) -> (i64, i64) {
+fn span(readings: &Readings, channels: &[ChannelFacts]) -> (i64, i64) {
     match (readings.first(), readings.last()) {
         (Some(first), Some(last)) => (first.stamp_ns, last.stamp_ns),
         _ => (

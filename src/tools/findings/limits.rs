@@ -24,7 +24,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 fn found(of: &Examined<'_>) -> Option<Finding> {
     let sonars = &of.facts.sonars;
     let readings = &of.survey.log.events.readings;
-    let measured = |reading: &&RangeReading| reading.range.is_finite() && reading.range > 0.0;
+    let measured = |reading: &RangeReading| reading.range.is_finite() && reading.range > 0.0;
     let is_wrong = |sonar: &&SonarFacts| {
         let of_sonar = || {
             readings

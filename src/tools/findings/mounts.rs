@@ -101,12 +101,12 @@ fn twice(of: &Examined<'_>) -> Option<Finding> {
 /// Whether two sonars measure the same at the same time.
 pub fn are_alike(events: &Events, one: SonarId, other: SonarId) -> bool {
     let (mut last, mut beside, mut alike) = ([None; 2], 0, 0);
-    for reading in &events.readings {
+    for reading in events.readings.iter() {
         let Some(which) = [one, other].iter().position(|id| *id == reading.sonar) else {
             continue;
         };
         let [first, second] = &mut last;
-        let (own, others): (&mut Option<&RangeReading>, _) = match which {
+        let (own, others): (&mut Option<RangeReading>, _) = match which {
             0 => (first, *second),
             _ => (second, *first),
         };

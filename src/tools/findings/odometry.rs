@@ -95,7 +95,7 @@ pub fn odometry(
     };
     let track = Track::of_ranges(samples, config);
     let count = |test: &dyn Fn(i64) -> bool| {
-        let instants = events.readings.iter().map(|r| track.instant_ns(r));
+        let instants = events.readings.iter().map(|r| track.instant_ns(&r));
         instants.filter(|instant| test(*instant)).count() as u64
     };
     Some(OdometryFacts {
@@ -131,7 +131,7 @@ fn leap(a: &OdometrySample, b: &OdometrySample) -> Leap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::event::{RangeReading, SonarId};
+    use crate::core::event::{RangeReading, Readings, SonarId};
     use crate::core::geometry::Pose2;
 
     #[test]
@@ -151,7 +151,7 @@ mod tests {
         };
         let events = Events {
             sonars: Vec::new(),
-            readings: [-1.0, 0.1, 1.0, 2.1, 9.0].map(reading).to_vec(),
+            readings: Readings::from_iter([-1.0, 0.1, 1.0, 2.1, 9.0].map(reading)),
             odometry: vec![
                 sample(0.0, 0.0, 0.0),
                 sample(0.25, 0.5, 3.0),

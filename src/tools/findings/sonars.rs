@@ -134,7 +134,7 @@ impl SonarFacts {
 }
 
 /// A reading and where its sensor was.
-type PlacedReading<'a> = (&'a RangeReading, Option<Vec2>);
+type PlacedReading = (RangeReading, Option<Vec2>);
 
 /// The facts of every sonar, in the order of [`Events::sonars`].
 pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
@@ -142,20 +142,19 @@ pub fn sonars(events: &Events, config: &Config) -> Vec<SonarFacts> {
     // One sonar after the other: all at once would take as much memory as the log.
     let of_sonar = |(sonar, id): (&Sonar, SonarId)| {
         let mut near = 0;
-        let of_sonar = events.readings.iter().filter(|reading| reading.sonar == id);
-        let placed = of_sonar.map(|reading| {
-            let robot = track.world_from_robot_next(reading, &mut near).ok();
+        let placed = events.readings.of_sonar(id).map(|reading| {
+            let robot = track.world_from_robot_next(&reading, &mut near).ok();
             let at = robot.map(|robot: Pose2| robot.transform(sonar.robot_from_sensor.position()));
             (reading, at)
         });
-        facts(sonar, &placed.collect::<Vec<PlacedReading<'_>>>(), config)
+        facts(sonar, &placed.collect::<Vec<PlacedReading>>(), config)
     };
     let ids = (0..).map(SonarId);
     let sonars = events.sonars.iter().zip(ids);
     sonars.filter_map(of_sonar).collect()
 }
 
-fn facts(sonar: &Sonar, readings: &[PlacedReading<'_>], config: &Config) -> Option<SonarFacts> {
+fn facts(sonar: &Sonar, readings: &[PlacedReading], config: &Config) -> Option<SonarFacts> {
     let ((first, _), (last, _)) = (readings.first()?, readings.last()?);
     let of_kind = |kind| {
         let readings = readings.iter().map(|(reading, _)| *reading);
@@ -209,13 +208,13 @@ fn way(a: Option<Vec2>, b: Option<Vec2>) -> Option<f64> {
 
 /// Echoes of a sensor that moved since the echo before, those that are that echo again, and those of these in short
 /// runs.
-fn repeats(readings: &[PlacedReading<'_>], resolution: f64) -> [u64; 3] {
-    let echoes: Vec<&PlacedReading<'_>> = readings
+fn repeats(readings: &[PlacedReading], resolution: f64) -> [u64; 3] {
+    let echoes: Vec<&PlacedReading> = readings
         .iter()
         .filter(|(r, _)| r.classify() == Return::Echo)
         .collect();
     let farther = resolution.max(STILL);
-    let moved = |echoes: &[&PlacedReading<'_>]| {
+    let moved = |echoes: &[&PlacedReading]| {
         let ways = echoes.array_windows().map(|[a, b]| way(a.1, b.1));
         ways.filter(|way| way.is_some_and(|way| way > farther))
             .count() as u64
@@ -238,7 +237,7 @@ fn commonest(sorted: &[f64]) -> Option<(f64, u64)> {
     Some((*longest.first()?, longest.len() as u64))
 }
 
-fn baseline(readings: &[PlacedReading<'_>]) -> Option<f64> {
+fn baseline(readings: &[PlacedReading]) -> Option<f64> {
     let mut ways: Vec<f64> = readings
         .array_windows()
         .filter_map(|[(_, from), (_, to)]| way(*from, *to))
@@ -248,7 +247,7 @@ fn baseline(readings: &[PlacedReading<'_>]) -> Option<f64> {
     median(&ways)
 }
 
-fn too_far_apart(readings: &[PlacedReading<'_>], config: &Config) -> u64 {
+fn too_far_apart(readings: &[PlacedReading], config: &Config) -> u64 {
     let bounds = &config.sequence;
     let apart = readings.array_windows().filter(|[(a, from), (b, to)]| {
         let seconds = b.stamp_ns.saturating_sub(a.stamp_ns) as f64 * 1e-9;

@@ -4,7 +4,7 @@
 use super::examined::{Examined, Tried, in_words};
 use super::finding::{Finding, Weight, percent, which_sonars};
 use super::sonars::SonarFacts;
-use crate::core::event::{RangeReading, Return};
+use crate::core::event::{Readings, Return};
 use crate::core::statistics::{fraction, median};
 
 /// So many echoes of a sonar are enough to see a spike.
@@ -169,7 +169,7 @@ fn thousandths(metres: f64) -> f64 {
 }
 
 /// A spike at the end of a sonar's histogram, and how many echoes are in it.
-pub fn spike(readings: &[RangeReading], sonar: &SonarFacts) -> Option<(StandIn, usize)> {
+pub fn spike(readings: &Readings, sonar: &SonarFacts) -> Option<(StandIn, usize)> {
     let of_sonar = readings.iter().filter(|reading| reading.sonar == sonar.id);
     let echoes = of_sonar.filter(|reading| reading.classify() == Return::Echo);
     let mut ranges: Vec<f64> = echoes.map(|reading| reading.range).collect();

@@ -22,11 +22,11 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         .events
         .readings
         .iter()
-        .map(|reading: &RangeReading| reading.variance);
+        .map(|reading: RangeReading| reading.variance);
     let mut variances: Vec<f64> = variances
         .filter(|variance| *variance != 0.0 && !variance.is_nan())
         .collect();
-    variances.sort_by(f64::total_cmp);
+    variances.sort_unstable_by(f64::total_cmp);
     let middle = median(&variances)?;
     let is_wrong = !(0.0..=WORST * WORST).contains(&middle);
     is_wrong.then(|| {

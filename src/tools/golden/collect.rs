@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 
 use super::profile::LogInfo;
 use super::quality::Quality;
-use super::results::{
-    Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results, sigma_of,
-};
+use super::results::{Feature, Geometry, LabelledArc, Labels, Mark, RangeSigma, Results, sigma_of};
 use crate::core::event::{Sonar, name_of};
 use crate::core::observer::Setting;
 use crate::core::replay::Outcome;
@@ -98,10 +96,7 @@ fn labelled(report: &ArcReport) -> LabelledArc {
             Label::Unidentified(_) => Mark::Unidentified,
         },
         frame: Some(report.arc.id.frame),
-        margin: report
-            .margin
-            .map(Margin::Angle)
-            .or(report.chi2_margin.map(Margin::Chi2)),
+        margin: report.margin,
         reason: report.label.reason().map(|reason| reason.name()),
     }
 }

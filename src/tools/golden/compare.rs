@@ -13,12 +13,13 @@ use super::difference::{
     Change, ChangeUnit, Comparison, Difference, FeatureDifference, FindingDifference, LabelRun,
     NumberChange, State, StrayedArc,
 };
-use super::results::{Feature, Geometry, LabelledArc, Labels, Margin, Mark, RangeSigma, Results};
+use super::results::{Feature, Geometry, LabelledArc, Labels, Mark, RangeSigma, Results};
 use super::tolerance::Tolerance;
 use crate::core::assignment::assign;
 use crate::core::geometry::{Vec2, unit, wrap_angle};
 use crate::core::statistics::seconds;
 use crate::core::tmam::label::Kind;
+use crate::core::tmam::report::Margin;
 use ChangeUnit::{Count, Metres, Radians, Relative};
 
 /// What `actual` has otherwise than `golden`, beyond the tolerance.

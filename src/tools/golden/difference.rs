@@ -7,10 +7,11 @@ use serde_json::json;
 
 use super::cause::Cause;
 use super::quality::Quality;
-use super::results::{Feature, Margin, Mark};
+use super::results::{Feature, Mark};
 use super::tolerance::Tolerance;
 use crate::core::rounding::{optional, rounded};
 use crate::core::tmam::label::Kind;
+use crate::core::tmam::report::Margin;
 
 /// The sections of a report, in its order; the last one fails only with `--strict`.
 pub const SECTIONS: [&str; 8] = [

@@ -96,14 +96,10 @@ impl PartialEq for AtHand {
 impl LogInfo {
     pub fn of(setting: &Setting<'_>) -> Self {
         let events = setting.events;
-        let mut readings = BTreeMap::<SonarId, Vec<&RangeReading>>::new();
-        for reading in &events.readings {
-            readings.entry(reading.sonar).or_default().push(reading);
-        }
         let sonars = (0..).zip(&events.sonars).filter_map(|(place, sonar)| {
-            let readings = readings.get(&SonarId(place))?;
-            let profile = SonarProfile::of(sonar.robot_from_sensor, readings);
-            Some((sonar.name.clone(), profile))
+            let readings: Vec<RangeReading> = events.readings.of_sonar(SonarId(place)).collect();
+            let profile = SonarProfile::of(sonar.robot_from_sensor, &readings);
+            (!readings.is_empty()).then(|| (sonar.name.clone(), profile))
         });
         Self {
             file: setting.source.file.clone(),
@@ -141,8 +137,8 @@ impl OdometryProfile {
 }
 
 impl SonarProfile {
-    fn of(mount: Pose2, readings: &[&RangeReading]) -> Self {
-        let is_echo = |reading: &&&RangeReading| reading.classify() == Return::Echo;
+    fn of(mount: Pose2, readings: &[RangeReading]) -> Self {
+        let is_echo = |reading: &&RangeReading| reading.classify() == Return::Echo;
         let echoes = readings.iter().filter(is_echo).map(|reading| reading.range);
         let echoes: Vec<f64> = echoes.collect();
         let mean = mean(echoes.iter().copied());
@@ -155,7 +151,7 @@ impl SonarProfile {
             .collect();
         off.sort_by(f64::total_cmp);
         let of_all = |of: fn(&RangeReading) -> f64| {
-            let mean = self::mean(readings.iter().map(|reading| of(reading)));
+            let mean = self::mean(readings.iter().map(of));
             mean.is_finite().then(|| rounded(mean))
         };
         Self {

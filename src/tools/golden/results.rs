@@ -13,6 +13,7 @@ use crate::core::geometry::{Vec2, angle_between, direction, unit, wrap_angle};
 use crate::core::noise_estimate::VarianceFrom;
 use crate::core::rounding::{fixed, micro};
 use crate::core::tmam::label::Kind;
+use crate::core::tmam::report::Margin;
 
 /// The results of a replay, or of anything else that finds lines and points.
 ///
@@ -118,15 +119,6 @@ pub struct LabelledArc {
     pub margin: Option<Margin>,
     /// Why it is unidentified, where that is known. Never compared.
     pub reason: Option<&'static str>,
-}
-
-/// By how much a label holds, or fails to be another one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Margin {
-    /// Radians: angles decide, under the paper's rule.
-    Angle(f64),
-    /// Weighted squares of residuals: readings decide, under the noise-aware rule.
-    Chi2(f64),
 }
 
 /// A label without its reason.

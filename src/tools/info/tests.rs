@@ -131,7 +131,7 @@ fn a_good_log_has_nothing_wrong() {
 #[test]
 fn each_trouble_has_its_finding() {
     let each = |events: &mut Events, change: fn(&mut RangeReading)| {
-        events.readings.iter_mut().for_each(change);
+        events.readings.change(change);
     };
     assert_eq!(found(|e| each(e, |r| r.beam_width = 22.5)), ["beam-width"]);
     assert_eq!(
@@ -154,9 +154,11 @@ fn each_trouble_has_its_finding() {
     assert_eq!(
         found(|e| {
             let ranges: Vec<f64> = e.readings.iter().map(|r| r.range).collect();
-            for (k, reading) in e.readings.iter_mut().enumerate() {
+            let mut places = 0..;
+            e.readings.change(|reading| {
+                let k = places.next().unwrap();
                 reading.range = ranges[k / 4 * 4 + k % 2];
-            }
+            });
         }),
         ["repeats"]
     );
@@ -190,9 +192,7 @@ fn each_trouble_has_its_finding() {
 #[test]
 fn limits_that_let_no_echo_through_get_a_key() {
     let mut events = good();
-    for reading in &mut events.readings {
-        reading.max_range = 0.0;
-    }
+    events.readings.change(|reading| reading.max_range = 0.0);
     let info = info(events);
     assert_eq!(codes(&info)[..2], ["no-echo", "limits"]);
     assert!(info.findings.is_sorted_by_key(|finding| finding.weight));
@@ -206,9 +206,8 @@ fn limits_that_let_no_echo_through_get_a_key() {
 #[test]
 fn ranges_on_a_coarse_raster_are_told_with_what_they_hide() {
     let mut events = good();
-    for (k, reading) in events.readings.iter_mut().enumerate() {
-        reading.range = 3.0 + 0.02 * (k % 37) as f64;
-    }
+    let mut places = 0_u32..;
+    (events.readings).change(|r| r.range = 3.0 + 0.02 * f64::from(places.next().unwrap() % 37));
     let info = info(events);
     assert_eq!(codes(&info), ["coarse-ranges"]);
     let what = &info.findings[0].what;
@@ -221,9 +220,9 @@ fn ranges_on_a_coarse_raster_are_told_with_what_they_hide() {
 #[test]
 fn json_has_null_for_what_is_without_limit() {
     let mut events = good();
-    for reading in &mut events.readings {
-        reading.max_range = f64::INFINITY;
-    }
+    events
+        .readings
+        .change(|reading| reading.max_range = f64::INFINITY);
     let mut bytes = Vec::new();
     info(events).write(&mut bytes).unwrap();
     let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap();

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::Cursor;
 
+use tmam_replay::Log;
 use tmam_replay::core::calibrate::change::Change;
 use tmam_replay::core::calibrate::parameter::{Parameter, Quantity, Whose};
 use tmam_replay::core::calibrate::search::{Effort, Search, search};
@@ -19,7 +20,6 @@ use tmam_replay::io::log::read_with_truth_in;
 use tmam_replay::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Untold,
 };
-use tmam_replay::{Log, RangeReading};
 
 /// Where the table stands on the page.
 const TABLE: [&str; 2] = ["<!-- seeded: begin -->\n", "<!-- seeded: end -->\n"];
@@ -196,10 +196,11 @@ fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
         change.apply_clocks(&mut config);
     }
     if wrong.dead {
-        let is_dead = |reading: &&mut RangeReading| reading.sonar == WRONG;
-        for reading in log.events.readings.iter_mut().filter(is_dead) {
-            reading.range = f64::INFINITY;
-        }
+        log.events.readings.change(|reading| {
+            if reading.sonar == WRONG {
+                reading.range = f64::INFINITY;
+            }
+        });
     }
     (log, config)
 }

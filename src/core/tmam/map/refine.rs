@@ -56,11 +56,7 @@ pub fn refine(
     let mut owners: Vec<Option<u32>> = Vec::new();
     for round in 0..MAX_ROUNDS {
         let reach = if round < 2 { &at_first } else { &settled };
-        let mut associations = associated(&refined, arcs, reach);
-        if doubt_doubles(&mut refined, &associations, bounds.match_distance) {
-            associations = associated(&refined, arcs, reach);
-        }
-        let now: Vec<Option<u32>> = associations.iter().map(Association::owner).collect();
+        let now = owners_of(arcs, &mut refined, reach, bounds.match_distance);
         if now == owners {
             break;
         }
@@ -85,6 +81,20 @@ pub fn refine(
         .filter(|(now, before)| now != *before)
         .map(|(now, _)| now)
         .collect()
+}
+
+/// The one feature that explains each reading; features that look like others are doubted first.
+fn owners_of(
+    arcs: &[Arc],
+    features: &mut [MapFeature],
+    reach: &Reach,
+    match_distance: f64,
+) -> Vec<Option<u32>> {
+    let mut associations = associated(features, arcs, reach);
+    if doubt_doubles(features, &associations, match_distance) {
+        associations = associated(features, arcs, reach);
+    }
+    associations.iter().map(Association::owner).collect()
 }
 
 fn associated(features: &[MapFeature], arcs: &[Arc], reach: &Reach) -> Vec<Association> {

@@ -16,6 +16,7 @@ use crate::core::tmam::hypothesis::Gate;
 use crate::core::tmam::label::{Label, Reason};
 use crate::core::tmam::oblique::line_through_edge;
 use crate::core::tmam::report::ArcReport;
+use crate::core::tmam::triple::Way;
 
 /// How far the half width of the beam is off where walls of the map show it, and where only the log says
 /// it, radians: one standard deviation.
@@ -56,7 +57,10 @@ impl RoughWall {
             let is_oblique =
                 |report: &&ArcReport| report.label == Label::Unidentified(Reason::Oblique);
             let goes_on = |a: &&ArcReport, b: &&ArcReport| {
-                is_oblique(a) && is_oblique(b) && b.before.is_some_and(|way| way.continues(config))
+                is_oblique(a)
+                    && is_oblique(b)
+                    && b.follows_echo
+                    && Way::between(&a.arc, &b.arc).continues(config)
             };
             for run in sequence.chunk_by(goes_on) {
                 let arcs: Vec<Arc> = run.iter().map(|report| report.arc).collect();
@@ -139,7 +143,6 @@ mod tests {
     use crate::core::geometry::{Vec2, unit};
     use crate::core::tmam::feature::Status;
     use crate::core::tmam::fit::testing::{Gauss, SIGMA, arc};
-    use crate::core::tmam::triple::Way;
 
     /// Of the wall: its normal's direction and its distance from the origin.
     const THETA: f64 = 1.4;
@@ -155,7 +158,7 @@ mod tests {
             let sensor = Vec2::new(0.12 * f64::from(k), 0.0);
             let range = (RHO - unit(THETA).dot(&sensor)) / libm::cos(0.4);
             let mut report = ArcReport::new(arc(k, sensor, yaw, range + SIGMA * noise.sample()));
-            report.before = (reports.last()).map(|last| Way::between(&last.arc, &report.arc));
+            report.follows_echo = !reports.is_empty();
             report.label = Label::Unidentified(Reason::Oblique);
             reports.push(report);
         }

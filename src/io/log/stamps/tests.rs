@@ -77,7 +77,7 @@ fn what_gaps_of_the_odometry_cost() {
         stamp_ns,
         world_from_robot: Pose2::new(0.0, 0.0, 0.0),
     };
-    let readings: Vec<_> = (0..100).map(|k| reading(k * S / 10)).collect();
+    let readings: Readings = (0..100).map(|k| reading(k * S / 10)).collect();
     let bounds = Frames::default();
     let every = |step: i64| (0..=10 * S / step).map(move |k| sample(k * step));
     let covered: Vec<_> = every(S / 10).collect();
@@ -124,8 +124,9 @@ fn a_clock_set_back_with_the_recorders_is_told_from_parts_in_another_order() {
 
 #[test]
 fn readings_that_come_twice() {
-    assert_eq!(twins(&[reading(1), reading(2)]), None);
-    let text = twins(&[reading(1), reading(1), reading(2)]).unwrap();
+    let twins = |stamps: &[i64]| super::twins(&stamps.iter().copied().map(reading).collect());
+    assert_eq!(twins(&[1, 2]), None);
+    let text = twins(&[1, 1, 2]).unwrap();
     assert!(text.starts_with("1 of 3 readings"), "{text}");
 }
 

@@ -4,7 +4,6 @@ use crate::core::event::SonarId;
 use crate::core::frames::{Echo, Entry, Frame};
 use crate::core::geometry::{Pose2, Vec2};
 use crate::core::tmam::Tmam;
-use crate::core::tmam::report::ArcReport;
 use proptest::prelude::*;
 
 proptest! {
@@ -186,6 +185,7 @@ proptest! {
             let label = windows.label_with(config.opinion.gate, config.opinion.decisive);
             let Some(label) = label else { continue };
             prop_assert_eq!(label, report.label);
+            prop_assert_eq!(windows.looked_at(report).last(), report.window.as_ref());
             for change in windows.changes() {
                 let Some(need) = change.needs.first() else { continue };
                 let mut changed = config.clone();
