@@ -297,11 +297,19 @@ pub struct NoiseAwareOptions {
     pub gather: bool,
     /// After that, walls and the corners in which they meet are estimated together.
     pub join_corners: bool,
+    /// At the end of the log, points in which arcs of several sonars cross that no feature explains. In files
+    /// where it is not so, as it came later.
+    #[serde(skip_serializing_if = "is_on")]
+    pub crossings: bool,
     /// Rough walls seen at an angle support walls of the map, and extend them.
     pub oblique_walls: bool,
     /// Circles are a third hypothesis beside lines and points. In files where it is so, as it came later.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub circles: bool,
+}
+
+fn is_on(switch: &bool) -> bool {
+    *switch
 }
 
 /// An axis of a sonar's frame.
@@ -431,6 +439,7 @@ impl NoiseAwareOptions {
         end_at_corners: false,
         gather: false,
         join_corners: false,
+        crossings: false,
         oblique_walls: false,
         circles: false,
     };

@@ -34,6 +34,7 @@ use crate::core::observer::{Observer, Setting, Source};
 use crate::core::replay::{Outcome, Replay, ReplayError};
 use crate::core::rounding::{number, optional};
 use crate::core::tmam::arc::Arc;
+use crate::core::tmam::feature::MapFeature;
 use crate::core::tmam::hypothesis::Gate;
 use crate::core::tmam::label::{Label, Reason};
 use crate::core::tmam::prediction::Prediction;
@@ -99,6 +100,9 @@ pub struct Explanation {
     /// Runs that the arc stands behind, and what became of them.
     pub runs: Vec<RunStory>,
     pub map: Option<Prediction>,
+    /// Whether the map has the feature that it names from crossings of several sonars' arcs, and from no run.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub crossings: bool,
     /// What echoed, where that is known.
     pub truth: Option<TruthStory>,
 }
@@ -222,6 +226,11 @@ impl Explanation {
             decisive,
             runs: RunStory::all(arc.id, outcome),
             map: report.map,
+            crossings: {
+                let id = report.map.and_then(|map| map.feature);
+                let of_no_run = |known: &MapFeature| Some(known.id) == id && known.runs == 0;
+                outcome.map.iter().any(of_no_run)
+            },
             truth: truth
                 .map(|truth| TruthStory::new(&arc, label, (three, &decided), circles, truth)),
             situation,
@@ -252,7 +261,7 @@ impl Explanation {
                 &changes.collect::<String>(),
             );
         }
-        let runs = history::text(&self.runs, self.map);
+        let runs = history::text(&self.runs, self.map, self.crossings);
         section(&mut text, "RUN AND FEATURE", &runs);
         if let Some(truth) = &self.truth {
             section(&mut text, "TRUTH", &truth.text());

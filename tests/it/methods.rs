@@ -206,3 +206,29 @@ fn two_methods_are_compared_on_one_log() {
     let same = bench.sh("tmam diff log.mcap --method tbf --set-b map.gate=25");
     assert_eq!(same.code, 0, "{}", same.stdout);
 }
+
+#[test]
+fn what_tbf_knew_a_corner_whose_triples_outliers_break_is_where_arcs_of_several_sonars_cross() {
+    let bench = Bench::new();
+    bench.sh("tmam simulate -o log.mcap --drive --noise 0.003 --outliers 0.05 --seed 2");
+    let points = |crossings: bool| {
+        let run = bench.sh(&format!(
+            "tmam evaluate log.mcap --json --set noise_aware.crossings={crossings}"
+        ));
+        let scores: Value = serde_json::from_str(&run.stdout).unwrap();
+        scores["confirmed"]["points"].clone()
+    };
+    let (without, with) = (points(false), points(true));
+    assert_eq!(without["missed"][0]["index"], 3, "{without}");
+    assert_eq!(with["missed"], serde_json::json!([]), "{with}");
+    assert_eq!(with["features"], 6, "{with}");
+    let nees = with["errors"]["nees"]["mean"].as_f64().unwrap();
+    assert!((0.3..2.0).contains(&nees), "{nees}");
+    let run = bench.sh("tmam explain log.mcap --at 8,2");
+    assert!(
+        run.stdout
+            .contains("No run gave that point: arcs of several sonars cross there."),
+        "{}",
+        run.stdout
+    );
+}

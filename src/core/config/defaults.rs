@@ -139,6 +139,7 @@ impl Default for NoiseAwareOptions {
             end_at_corners: true,
             gather: true,
             join_corners: true,
+            crossings: true,
             oblique_walls: false,
             circles: false,
         }

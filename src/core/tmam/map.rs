@@ -3,6 +3,7 @@
 
 mod backing;
 pub mod corners;
+mod crossings;
 pub mod ends;
 mod foretold;
 pub mod fusion;
@@ -190,6 +191,11 @@ impl Map {
         settled.extend(self.put(self.unbacked(hardly)));
         settled.extend(self.end_walls());
         settled.extend(self.gather(arcs));
+        let crossings = self.cross(arcs, hardly);
+        if !crossings.is_empty() {
+            settled.extend(crossings);
+            settled.extend(self.gather(arcs));
+        }
         if self.departures.join_corners {
             let foretold = self.put(foretold::confirm(&self.features, &self.lone, arcs, hardly));
             if !foretold.is_empty() {
@@ -237,6 +243,38 @@ impl Map {
             }
         }
         settled
+    }
+
+    /// Points in which arcs of several sonars cross that nothing explains, if the rule says so: new ones, or
+    /// tentative ones that this confirms.
+    fn cross(&mut self, arcs: &[Arc], hardly: &BTreeSet<SonarId>) -> Vec<MapFeature> {
+        if !self.departures.crossings {
+            return Vec::new();
+        }
+        let found = crossings::find(&self.features, arcs, hardly, &self.bounds);
+        let mut crossed = Vec::new();
+        for crossing in found {
+            let shape = Shape::Point(crossing.point);
+            let known = self.nearest(&shape, None);
+            let known = known.and_then(|at| self.features.get(at)).copied();
+            let (id, runs) = known.map_or((self.next_id, 0), |known| (known.id, known.runs));
+            let feature = MapFeature {
+                id,
+                shape,
+                readings: u32::try_from(crossing.arcs.len()).unwrap_or(u32::MAX),
+                runs,
+                status: Status::Confirmed,
+            };
+            if known.is_none() {
+                self.next_id = self.next_id.saturating_add(1);
+                self.features.push(feature);
+            }
+            self.lone.remove(&id);
+            let backing = self.backing.entry(id).or_default();
+            backing.join(&Backing::of(&crossing.arcs));
+            crossed.extend(self.put(vec![feature]));
+        }
+        crossed
     }
 
     /// Fits features anew to all readings, if the rule says so.

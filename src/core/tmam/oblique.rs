@@ -25,7 +25,7 @@ const FEWEST: usize = 4;
 /// No more than so many are looked at: walls end.
 const MOST: usize = 8;
 /// A wall seen at a larger angle than this echoes next to nothing, radians.
-const STEEPEST: f64 = 75.0 * std::f64::consts::PI / 180.0;
+pub const STEEPEST: f64 = 75.0 * std::f64::consts::PI / 180.0;
 /// Steps after which the fit ends in any case; where the sensor does not turn, the first one is right.
 const STEPS: u32 = 5;
 

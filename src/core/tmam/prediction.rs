@@ -6,7 +6,7 @@
 
 mod wall;
 
-pub use wall::Reach;
+pub use wall::{Reach, SIGMAS};
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use super::feature::{Circle, Kind, MapFeature, Point, Shape, Status};
 use super::hypothesis::Support;
 use super::residual::RangeResidual;
 use crate::core::ties;
-use wall::{Place, SIGMAS, Wall};
+use wall::{Place, Wall};
 
 /// A wall may go on past what was seen of it by this, metres.
 const UNSEEN: f64 = 0.15;

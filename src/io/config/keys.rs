@@ -124,6 +124,7 @@ pub const KEYS: &[Key] = &[
     key("noise_aware.end_at_corners", Plain, Any, "walls end at the corners that they run across"),
     key("noise_aware.gather", Plain, Any, "at the end, features from all readings that they alone explain"),
     key("noise_aware.join_corners", Plain, Any, "at the end, walls and the corners in which they meet together"),
+    key("noise_aware.crossings", Plain, Any, "false: no points of which no single sonar tells; default: true"),
     key("noise_aware.oblique_walls", Plain, Any, "rough walls seen at an angle support walls of the map, and extend them"),
     key("noise_aware.circles", Plain, Any, "true: pillars are circles of the map; default: false"),
 

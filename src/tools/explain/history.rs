@@ -231,8 +231,8 @@ impl RunStory {
     }
 }
 
-/// The runs that the arc stands behind, and what the map says of it.
-pub fn text(runs: &[RunStory], map: Option<Prediction>) -> String {
+/// The runs that the arc stands behind, and what the map says of it; whether that has it from `crossings`.
+pub fn text(runs: &[RunStory], map: Option<Prediction>, crossings: bool) -> String {
     let mut text: String = runs.iter().map(RunStory::text).collect();
     if runs.is_empty() {
         text.push_str("  It stands behind no feature.\n");
@@ -246,6 +246,9 @@ pub fn text(runs: &[RunStory], map: Option<Prediction>) -> String {
             _ => "no confirmed feature explains this reading".to_owned(),
         };
         let _ = writeln!(text, "  The noise-aware map of the whole log says: {says}.");
+        if crossings {
+            text.push_str("  No run gave that point: arcs of several sonars cross there.\n");
+        }
     }
     text
 }
