@@ -73,6 +73,7 @@ fn cases_of_switches() -> Vec<Case> {
         (Drive::Driven, 0.010),
         (Drive::TenLaps, 0.003),
         (Drive::LittleDrift, 0.003),
+        (Drive::Outliers, 0.010),
     ]
     .map(|(drive, sigma)| Case { drive, sigma })
     .to_vec()
@@ -127,11 +128,18 @@ fn cases_of_methods() -> Vec<Case> {
         laps: 1,
         drifts: false,
     };
-    let at_3_mm = drift.into_iter().chain([office]).map(|drive| Case {
+    let at_3_mm = drift.into_iter().chain([office, Drive::Loft]);
+    let at_3_mm = at_3_mm.map(|drive| Case {
         drive,
         sigma: 0.003,
     });
-    cases().into_iter().chain(at_3_mm).collect()
+    let outliers = Case {
+        drive: Drive::Outliers,
+        sigma: 0.010,
+    };
+    (cases().into_iter().chain(at_3_mm))
+        .chain([outliers])
+        .collect()
 }
 
 /// Drives at 3 and at 10 mm.
@@ -211,6 +219,12 @@ fn the_page_holds_what_the_study_finds_of_harder_drives() {
 #[ignore = "takes minutes; docs/methods.md says how to run it"]
 fn the_page_holds_what_the_study_finds_of_methods() {
     let mut found = rows(&cases_of_methods(), FEWER_SEEDS, &Rules::methods(false));
+    let pillars = Case {
+        drive: Drive::Pillars(10),
+        sigma: 0.003,
+    };
+    let with_circles = Rules::methods_and_circles();
+    found.extend(rows(&[pillars], FEWER_SEEDS, &with_circles));
     let scans = at_both(&[Drive::Scans]);
     found.extend(rows(&scans, FEWER_SEEDS, &Rules::methods(true)));
     hold_on("docs/methods.md", METHODS, &methods::table(&found));

@@ -109,7 +109,9 @@ impl RivalMapper {
         }
     }
 
-    fn register(&mut self, found: Found, step: &mut Step) {
+    fn register(&mut self, mut found: Found, step: &mut Step) {
+        // Some methods find them in the order along a wall.
+        found.arcs.sort_by_key(|arc| arc.id);
         let kind = found.shape.kind();
         let id = self.extracted;
         self.extracted += 1;

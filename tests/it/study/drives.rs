@@ -39,6 +39,8 @@ pub enum Drive {
     Pillars(u8),
     /// So often round the office of the sample logs, with odometry that is exact, or drifts by much.
     Office { laps: u16, drifts: bool },
+    /// Once through the loft of the sample logs, whose walls are oblique.
+    Loft,
     /// Driven three times round with odometry that drifts by much.
     ThreeLapsMuchDrift,
     /// The same once round where of twenty readings one is of any range.
@@ -92,6 +94,7 @@ impl Case {
                 let laps = if laps == 1 { "once" } else { "twice" };
                 format!("office {laps}{drift}")
             }
+            Drive::Loft => "loft".to_owned(),
         };
         format!("{drive}, {:.0} mm", self.sigma * 1e3)
     }
@@ -102,7 +105,8 @@ impl Case {
                 Drive::Posts(apart) => row_of_posts(f64::from(apart) / 100.0),
                 Drive::ThriceMuchDriftPosts => row_of_posts(0.5),
                 Drive::Pillars(radius) => hall(f64::from(radius) / 100.0),
-                Drive::Office { .. } => office_world(),
+                Drive::Office { .. } => world_of("office"),
+                Drive::Loft => world_of("loft"),
                 _ => World::room(),
             },
             diffuse: match self.drive {
@@ -115,7 +119,8 @@ impl Case {
                 | Drive::ThriceMuchDrift
                 | Drive::ThriceMuchDriftPosts => Path::room().repeated(3).unwrap(),
                 Drive::Pillars(_) => HALL_PATH.parse().unwrap(),
-                Drive::Office { laps, .. } => office_path().repeated(laps).unwrap(),
+                Drive::Office { laps, .. } => path_of("office").repeated(laps).unwrap(),
+                Drive::Loft => path_of("loft"),
                 _ => Path::room(),
             },
             motion: match self.drive {
@@ -215,16 +220,16 @@ fn sample_text(name: &str) -> String {
     std::fs::read_to_string(crate::support::sample(name)).unwrap()
 }
 
-fn office_world() -> World {
-    World::from_json(&sample_text("office.world.json")).unwrap()
+fn world_of(sample: &str) -> World {
+    World::from_json(&sample_text(&format!("{sample}.world.json"))).unwrap()
 }
 
-fn office_path() -> Path {
-    sample_text("office.waypoints").parse().unwrap()
+fn path_of(sample: &str) -> Path {
+    sample_text(&format!("{sample}.waypoints")).parse().unwrap()
 }
 
 /// The switches of the noise-aware rule.
-const SWITCHES: [&str; 11] = [
+const SWITCHES: [&str; 12] = [
     "label_by_opinion",
     "converge",
     "reject_misfits",
@@ -236,6 +241,7 @@ const SWITCHES: [&str; 11] = [
     "end_at_corners",
     "gather",
     "join_corners",
+    "crossings",
 ];
 
 /// The rules that are compared, each with nothing else changed.
@@ -303,11 +309,12 @@ impl Rules {
         )
     }
 
-    /// TMAM under the noise-aware rule, with estimated poses and with odometry's, and under the paper's; and its
-    /// rivals. Frames as fine as dense scans need where these are asked for.
+    /// TMAM under the noise-aware rule, without what it took over from TBF, with odometry's poses, and under the
+    /// paper's; and its rivals. Frames as fine as dense scans need where these are asked for.
     pub fn methods(dense: bool) -> Self {
         let tmam = [
             ("tmam", ""),
+            ("tmam, without crossings", "noise_aware.crossings = false\n"),
             ("tmam, odometry's poses", "poses = \"odometry\"\n"),
             ("tmam, paper's rule", "rule = \"paper\"\n"),
             ("two-measurement", "method = \"two-measurement\"\n"),
@@ -323,6 +330,14 @@ impl Rules {
         };
         let all = tmam.map(|(name, text)| (name, parse(&format!("{text}{frames}")).unwrap()));
         Self(all.to_vec())
+    }
+
+    /// The same methods, and TMAM with circles beside them.
+    pub fn methods_and_circles() -> Self {
+        let Self(mut all) = Self::methods(false);
+        let config = parse("noise_aware.circles = true").unwrap();
+        all.insert(1, ("tmam, circles", config));
+        Self(all)
     }
 
     /// The noise-aware rule, and it without each of its switches.

@@ -29,6 +29,13 @@ pub fn table(rows: &[Row]) -> String {
     };
     let lines: fn(&Evaluation) -> &KindScore = |run| &run.confirmed.lines;
     let points: fn(&Evaluation) -> &KindScore = |run| &run.confirmed.points;
+    let pillars = |runs: &[Evaluation]| {
+        let count = |of: fn(&KindScore) -> u64| {
+            let circles = runs.iter().filter_map(|run| run.confirmed.circles.as_ref());
+            circles.map(of).sum()
+        };
+        percent(count(|kind| kind.matched), count(|kind| kind.visible))
+    };
     let used = |runs: &[Evaluation]| {
         percent(
             sum(runs, |run| run.labels.given()),
@@ -55,6 +62,7 @@ pub fn table(rows: &[Row]) -> String {
             ("points right %", &precision(points)),
             ("found %", &recall(points)),
             ("off by mm", &away),
+            ("pillars found %", &pillars),
         ],
     )
 }
