@@ -429,12 +429,17 @@ impl<'a> Replay<'a> {
         let readings = all.range(self.window.clone()).map(|r| r.stamp_ns);
         let readings: Vec<i64> = readings.collect();
         let gaps = self.framing.tally.dropped.contains_key("odometry-gap");
+        let alike = odometry.array_windows().filter(|[a, b]| a == b).count();
+        let is_coarse = 2 * alike > odometry.len();
         ReplayError::NoFrames {
             readings: self.framing.tally.readings,
             ranges: stamps(&readings),
             samples: odometry.len(),
             odometry: stamps(&odometry),
-            advice: if gaps {
+            advice: if gaps && is_coarse {
+                "Most samples of the odometry carry the stamp of another one: input.odometry_stamps = \"recording\" takes \
+                 the time of recording"
+            } else if gaps {
                 "The odometry is too sparse: raise frames.max_odometry_gap in the configuration"
             } else {
                 "The two do not overlap in time: check the clocks of the robot's computers; for this log \

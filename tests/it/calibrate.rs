@@ -90,6 +90,30 @@ fn a_sonar_that_is_taken_for_another_or_stamped_by_a_clock_of_its_own_is_told() 
     };
     for (keys, said) in [
         (of_place(3, -112.5) + &of_place(11, 67.5), exchanged),
+        // These draw most of the map, which does not contradict them.
+        (
+            of_place(4, -90.0) + &of_place(12, 90.0),
+            "sonar_04 and sonar_12 are exchanged",
+        ),
+        // Of a sonar that looks ahead no wall tells y.
+        (
+            "sonar.sonar_00.x = 0.28".to_owned(),
+            "sonar_00 is mounted elsewhere: x by -",
+        ),
+        // As if the robot's frame were at another place.
+        (
+            (0..16)
+                .map(|sonar| {
+                    let x = 0.1 + 0.2 * libm::cos((22.5 * f64::from(sonar)).to_radians());
+                    format!("sonar.sonar_{sonar:02}.x = {x}\n")
+                })
+                .collect(),
+            "all sonars is mounted elsewhere: x by -",
+        ),
+        (
+            "sonars.range_offset = 0.1".to_owned(),
+            "ranges of all sonars are ",
+        ),
         (
             "sonar.sonar_03.yaw = -112.5".to_owned(),
             "sonar_03 looks the other way: ",

@@ -96,12 +96,14 @@ impl Estimates {
     /// Everything that can be off by itself.
     pub fn groups(&self) -> Vec<Vec<Parameter>> {
         use Quantity::{BeamWidth, RangeOffset, RangeScale, X, Y, Yaw};
-        let all = |of| vec![Parameter::Sonar(Whose::All, of)];
+        let of_all = |of| Parameter::Sonar(Whose::All, of);
+        let all = |of| vec![of_all(of)];
         let shared = [
             vec![Parameter::RangeDelay],
             vec![Parameter::ClockRate],
             vec![Parameter::OdometryScale],
             vec![Parameter::OdometryTurnScale],
+            vec![of_all(X), of_all(Y)],
             all(RangeScale),
             all(RangeOffset),
             all(BeamWidth),
@@ -168,10 +170,20 @@ impl Estimates {
     /// What is clearly off, the likeliest first; of one sonar's mount and ranges by no more than its readings lie nearer
     /// to the map with it.
     pub fn candidates(&self) -> Vec<Candidate> {
+        let clear = |group: &[Parameter]| {
+            self.of(group)
+                .filter(|candidate| candidate.is_clear(self.seconds))
+        };
         let groups = self.groups().into_iter();
-        let clear = groups
-            .filter_map(|group| self.of(&group))
-            .filter(|candidate| candidate.is_clear(self.seconds));
+        let clear = groups.flat_map(|group| match (clear(&group), group.as_slice()) {
+            (Some(candidate), _) => vec![candidate],
+            // Of a mount's x and y one may be all that the ranges tell.
+            (None, [x, y]) => [x, y]
+                .into_iter()
+                .filter_map(|one| clear(&[*one]))
+                .collect(),
+            (None, _) => Vec::new(),
+        });
         let clear: Vec<Candidate> = clear.collect();
         let mut first: Vec<Candidate> = self.of_clocks().into_iter().collect();
         if clear.is_empty() {
@@ -239,9 +251,14 @@ impl Estimates {
             vec![of(Quantity::X), of(Quantity::Y)],
             vec![of(Quantity::RangeScale)],
             vec![of(Quantity::RangeOffset)],
+            vec![of(Quantity::Delay)],
         ];
-        let others = all.iter().filter(|other| *other != group);
-        others.filter_map(|other| self.of(other)).collect()
+        // A mount in x and y is no other than one in x.
+        let others = all
+            .iter()
+            .filter(|other| !group.iter().all(|own| other.contains(own)));
+        let others = others.filter_map(|other| self.of(other));
+        others.filter(Candidate::is_possible).collect()
     }
 }
 
@@ -266,7 +283,12 @@ impl Candidate {
         self.gain > CLEAR_GAIN
             && self.gain.is_finite()
             && are_clear(&self.values, seconds)
-            && self.values.iter().all(|one| one.value.abs() < one.most())
+            && self.is_possible()
+    }
+
+    /// Whether ranges of a map could find it.
+    fn is_possible(&self) -> bool {
+        self.values.iter().all(|one| one.value.abs() < one.most())
     }
 
     /// Its parameters.

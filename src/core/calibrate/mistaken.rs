@@ -21,8 +21,46 @@ const AT_HOME: f64 = 0.7;
 const SCALES: [f64; 6] = [0.5, 2.0, 0.3048, 1.0 / 0.3048, 0.1, 10.0];
 /// Otherwise turned.
 const TURNS: [f64; 3] = [PI, FRAC_PI_2, -FRAC_PI_2];
+/// Turned by less: two thirds of a usual beam, and more.
+const SLIGHT_TURNS: [f64; 6] = [15.0, -15.0, 30.0, -30.0, 45.0, -45.0];
+/// Moved along the beam, metres, which ranges that are off by as much do, too: in steps that its readings do not miss.
+const AHEAD: f64 = 0.015;
+/// So many steps either way.
+const STEPS_AHEAD: i32 = 10;
 /// A mount so near to the robot's origin is at it, metres.
 const AT_ORIGIN: f64 = 0.01;
+
+/// So many sonars that hear most are held against each other by replays.
+const LOUDEST: usize = 5;
+/// What their ranges are multiplied with then.
+const HALF_OR_TWICE: [f64; 2] = [0.5, 2.0];
+/// Trials that this takes at most.
+pub const TRIALS: usize = LOUDEST * (LOUDEST - 1) / 2 + LOUDEST * HALF_OR_TWICE.len();
+
+/// Pairs of the sonars that hear most exchanged, and each of them counting half or twice: such sonars draw most of the
+/// map, so that it does not contradict them. To be tried by replays; their gain is not known.
+pub fn of_the_loudest(echoes: &[usize], mounts: &[Pose2]) -> Vec<Candidate> {
+    let mut loudest: Vec<(usize, SonarId, Pose2)> = (echoes.iter().zip(0..).zip(mounts))
+        .map(|((echoes, sonar), mount)| (*echoes, SonarId(sonar), *mount))
+        .filter(|(echoes, ..)| *echoes >= FEWEST)
+        .collect();
+    loudest.sort_by_key(|(echoes, sonar, _)| (std::cmp::Reverse(*echoes), *sonar));
+    loudest.truncate(LOUDEST);
+    loudest.sort_by_key(|(_, sonar, _)| *sonar);
+    let of = |values| Candidate { values, gain: 0.0 };
+    let exchanged = loudest.iter().enumerate().flat_map(|(at, (_, one, a))| {
+        let others = loudest.iter().skip(at + 1);
+        others.map(move |(_, other, b)| {
+            let mut values = moved(*one, *a, *b);
+            values.extend(moved(*other, *b, *a));
+            of(values)
+        })
+    });
+    let scaled = loudest.iter().flat_map(|(_, sonar, _)| {
+        HALF_OR_TWICE.map(|scale| of(vec![value(*sonar, Quantity::RangeScale, scale - 1.0)]))
+    });
+    exchanged.chain(scaled).collect()
+}
 
 /// What a strange sonar may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +87,7 @@ pub fn mistaken(heard: &Heard<'_>, mounts: &[Pose2]) -> Vec<Candidate> {
     };
     let strange = sonars().zip(&fits);
     let strange = strange.filter(|(_, fit)| fit.echoes >= FEWEST && fit.share() < STRANGE * usual);
-    let guessed: Vec<(SonarId, Pose2, Guess, f64)> = strange
+    let mut guessed: Vec<(SonarId, Pose2, Guess, f64)> = strange
         .filter_map(|((sonar, told), as_it_is)| {
             let places = heard.of_others(sonar);
             let tried = guesses(sonar, mounts).into_iter().map(|guess| {
@@ -68,6 +106,7 @@ pub fn mistaken(heard: &Heard<'_>, mounts: &[Pose2]) -> Vec<Candidate> {
             Some((sonar, *told, guess, as_it_is.misfit - fit.misfit))
         })
         .collect();
+    guessed.extend(returned(&guessed, heard, mounts));
     let alone = guessed.iter().filter_map(|(sonar, told, guess, gain)| {
         let values = match guess {
             Guess::Other(_) => return None,
@@ -84,6 +123,35 @@ pub fn mistaken(heard: &Heard<'_>, mounts: &[Pose2]) -> Vec<Candidate> {
     found
 }
 
+/// Sonars that hear too little to be guessed at by themselves, but whose few echoes fit the place of the one that is in
+/// theirs.
+fn returned(
+    guessed: &[(SonarId, Pose2, Guess, f64)],
+    heard: &Heard<'_>,
+    mounts: &[Pose2],
+) -> Vec<(SonarId, Pose2, Guess, f64)> {
+    let back = guessed.iter().filter_map(|(sonar, told, guess, _)| {
+        let Guess::Other(other) = guess else {
+            return None;
+        };
+        if guessed.iter().any(|(one, ..)| one == other) {
+            return None;
+        }
+        let own = *mounts.get(other.index())?;
+        let places = heard.of_others(*other);
+        let [as_it_is, exchanged] =
+            [own, *told].map(|mount| heard.fit(*other, &places, mount, 1.0));
+        let gain = as_it_is.misfit - exchanged.misfit;
+        (exchanged.near > as_it_is.near && gain > 0.0).then_some((
+            *other,
+            own,
+            Guess::Other(*sonar),
+            gain,
+        ))
+    });
+    back.collect()
+}
+
 /// What a sonar may be.
 fn guesses(sonar: SonarId, mounts: &[Pose2]) -> Vec<Guess> {
     let Some(told) = mounts.get(sonar.index()) else {
@@ -97,11 +165,22 @@ fn guesses(sonar: SonarId, mounts: &[Pose2]) -> Vec<Guess> {
         Guess::Mounted(Pose2::new(place.x, place.y, told.yaw))
     });
     let turned = TURNS.map(|turn| Pose2::new(told.x, told.y, wrap_angle(told.yaw + turn)));
+    let slightly = SLIGHT_TURNS.map(|turn| {
+        let yaw = wrap_angle(told.yaw + turn.to_radians());
+        Guess::Mounted(Pose2::new(told.x, told.y, yaw))
+    });
+    let ahead = (-STEPS_AHEAD..=STEPS_AHEAD).filter(|steps| *steps != 0);
+    let ahead = ahead.map(|steps| {
+        let place = told.position() + unit(told.yaw) * (AHEAD * f64::from(steps));
+        Guess::Mounted(Pose2::new(place.x, place.y, told.yaw))
+    });
     let others = (0..).map(SonarId).zip(mounts);
     let others = others.filter(|(other, _)| *other != sonar);
     (others.map(|(other, _)| Guess::Other(other)))
         .chain(turned.map(Guess::Mounted))
         .chain(on_ring)
+        .chain(slightly)
+        .chain(ahead)
         .chain(SCALES.map(Guess::Scaled))
         .collect()
 }

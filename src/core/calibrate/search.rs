@@ -4,8 +4,8 @@
 use super::borne_out::Heard;
 use super::candidate::{Candidate, Estimated, Estimates, are_clear};
 use super::change::Change;
-use super::far_off::{TRIALS, far_off};
-use super::mistaken::mistaken;
+use super::far_off::{Scope, far_off};
+use super::mistaken::{self, mistaken, of_the_loudest};
 use super::parameter::{Parameter, Quantity, Whose};
 use crate::core::bits::Bits;
 use crate::core::config::{Config, Poses};
@@ -23,6 +23,8 @@ const REFINED: usize = 2;
 /// What a cause must gain, bits altogether, and per parameter.
 const LEAST_GAIN: f64 = 25.0;
 const OF_PARAMETER: f64 = 8.0;
+/// The best of many candidates gains so much more by chance, bits for each doubling of their number.
+const OF_CHOICE: f64 = 1.0;
 /// The same of what all sonars share, bits an arc: it moves every reading a little, and some fit better by chance.
 const LEAST_GAIN_OF_ALL: f64 = 0.04;
 /// The same where poses are estimated: a path that settles otherwise gains up to 0.35 by chance.
@@ -36,6 +38,20 @@ const RIVAL: f64 = 0.6;
 
 /// A log of which less than this is explained may have something that is far off.
 const TROUBLED: f64 = 0.8;
+
+/// What leaves a log troubled must explain this share of what was unexplained.
+const TOLD_OF_TROUBLE: f64 = 0.25;
+
+/// What is tried of the sonars that draw most of the map gains less by chance, bits an arc.
+const OF_LOUDEST: f64 = 0.2;
+
+/// What is far off may take such a share of what is allowed.
+const OF_FAR_OFF: f64 = 2.0 / 3.0;
+
+/// Of a log in which nothing is off more is explained ...
+const SOUND: f64 = 0.995;
+/// ... with a chi2 of no more than this for each reading.
+const SOUND_CHI2: f64 = 1.2;
 
 /// A path at which more than this is explained is what was off.
 const WELL: f64 = 0.95;
@@ -318,29 +334,65 @@ impl Searcher<'_> {
         both
     }
 
-    /// What all sonars share and is far off, by the poses of odometry.
+    /// What all sonars share and is far off, by the poses of odometry; and what the sonars that draw most of the map are
+    /// not.
     fn far_off(&mut self, now: &Tried) -> Vec<Candidate> {
-        let share = now.standing.bits.explained_share();
-        if share.is_none_or(|share| share > TROUBLED) {
+        let bits = now.standing.bits;
+        let Some(share) = bits.explained_share() else {
             return Vec::new();
-        }
-        let work = TRIALS as u64 * now.standing.bits.arcs;
-        if self.work + work > self.effort.arcs {
-            self.is_cut_short = true;
+        };
+        let is_troubled = share < TROUBLED;
+        let is_sound = share > SOUND && bits.chi2 < SOUND_CHI2 * bits.explained as f64;
+        let scope = if is_troubled {
+            Scope::All
+        } else {
+            Scope::Offset
+        };
+        let of_loudest = if is_troubled { mistaken::TRIALS } else { 0 };
+        let work = (scope.trials() + of_loudest) as u64 * bits.arcs;
+        let left = self.effort.arcs.saturating_sub(self.work);
+        let most = self.work + (OF_FAR_OFF * left as f64) as u64;
+        if is_sound || self.work + work > most {
+            self.is_cut_short |= is_troubled;
             return Vec::new();
         }
         let mut ground = self.ground(now);
         ground.config.poses = Poses::Odometry;
-        let mut standing =
-            |change: &Change| self.replayed(&ground, change, |_, outcome| Standing::of(outcome));
+        let mut standing = |change: &Change| {
+            let is_within = self.work <= most;
+            is_within.then(|| self.replayed(&ground, change, |_, outcome| Standing::of(outcome)))?
+        };
         let Some(before) = standing(&Change::default()) else {
             return Vec::new();
         };
-        far_off(&mut |parameter, value| {
+        let mut gain = |values: &[Estimated]| {
             let mut change = Change::default();
-            change.add(parameter, value);
+            for one in values {
+                change.add(one.parameter, one.value);
+            }
             Some(standing(&change)?.gain_over(&before))
-        })
+        };
+        let mut found = far_off(scope, &mut |parameter, value| {
+            gain(&[Estimated {
+                parameter,
+                value,
+                deviation: 0.0,
+            }])
+        });
+        if is_troubled {
+            let scene = now.estimates.scene();
+            let mut loudest = of_the_loudest(&scene.echoes(), &scene.mounts);
+            for candidate in &mut loudest {
+                let gained = gain(&candidate.values).unwrap_or(0.0);
+                candidate.gain = gained * std::f64::consts::LN_2;
+            }
+            let best = loudest.into_iter();
+            let best = best.max_by(|a, b| a.gain.total_cmp(&b.gain));
+            let least = OF_LOUDEST * bits.arcs as f64 * std::f64::consts::LN_2;
+            found.extend(best.filter(|best| best.gain > least));
+            found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        }
+        found
     }
 
     /// The candidate that gains most, as far as one gains enough.
@@ -378,8 +430,7 @@ impl Searcher<'_> {
             };
             let values = found.values(&group, now);
             if gain > self.least(&group, at, [now, &found])
-                && found.standing.bits.explained_share() > Some(HALF)
-                && found.standing.bits.explained_share() >= now.standing.bits.explained_share()
+                && explains_more(&group, &now.standing.bits, &found.standing.bits)
                 && are_clear(&values, found.estimates.seconds)
                 && found.bears_out(&values)
             {
@@ -444,7 +495,8 @@ impl Searcher<'_> {
             None => LEAST_GAIN_OF_A_PATH,
         };
         let of_arcs = of_arc * now.standing.bits.arcs as f64;
-        of_arcs.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64)
+        let choice = OF_CHOICE * libm::log2(now.estimates.groups().len() as f64);
+        of_arcs.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64 + choice)
     }
 
     /// A candidate, estimated anew as long as that gains, and the gain. What gains at a held path must do so where
@@ -492,6 +544,17 @@ impl Searcher<'_> {
         let found = self.tried(now, &self.ground(now), &change)?;
         (found.standing.gain_over(&now.standing) > 0.0).then_some((found, gain))
     }
+}
+
+/// Whether a log is explained better, and what all sonars share mends enough of one that stays troubled.
+fn explains_more(group: &[Parameter], before: &Bits, after: &Bits) -> bool {
+    let (Some(before), Some(after)) = (before.explained_share(), after.explained_share()) else {
+        return false;
+    };
+    let is_enough = after > TROUBLED
+        || is_of_one_sonar(group)
+        || after - before >= TOLD_OF_TROUBLE * (1.0 - before);
+    after > HALF && after >= before && is_enough
 }
 
 /// What may be off by a replay: what is far off first, since it leads least squares astray.

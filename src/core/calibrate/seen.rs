@@ -126,6 +126,17 @@ impl Scene {
         }
     }
 
+    /// How many echoes each sonar has.
+    pub fn echoes(&self) -> Vec<usize> {
+        let mut echoes = vec![0; self.mounts.len()];
+        for ping in self.pings.iter().filter(|ping| ping.echo.is_some()) {
+            if let Some(count) = echoes.get_mut(ping.sonar.index()) {
+                *count += 1;
+            }
+        }
+        echoes
+    }
+
     /// How far a sonar hears; of one that hears nothing as far as the others.
     pub fn reach(&self, sonar: SonarId) -> f64 {
         let own = self.farthest.get(sonar.index()).copied().unwrap_or(0.0);

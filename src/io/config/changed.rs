@@ -128,20 +128,21 @@ fn of_sonar(
             changed.push(key_of(&["sonar", name, key], configured, value, decimals));
         }
     };
-    add("x", mount.x, mount.x + own(Quantity::X), 4);
-    add("y", mount.y, mount.y + own(Quantity::Y), 4);
+    let both = |quantity| own(quantity) + all(quantity);
+    add("x", mount.x, mount.x + both(Quantity::X), 4);
+    add("y", mount.y, mount.y + both(Quantity::Y), 4);
     let degrees = |angle: f64| angle.to_degrees();
     let yaw = mount.yaw + own(Quantity::Yaw);
     add("yaw", degrees(mount.yaw), degrees(yaw), 2);
-    let wider = own(Quantity::BeamWidth) + all(Quantity::BeamWidth);
+    let wider = both(Quantity::BeamWidth);
     if let Some(reading) = events.readings.of_sonar(id).next() {
         let width = reading.beam_width;
         add("beam_width", degrees(width), degrees(width + wider), 2);
     }
     if !is_of_all(change, config) {
         let [scale, offset] = configured_range(config, name);
-        let more = 1.0 + own(Quantity::RangeScale) + all(Quantity::RangeScale);
-        let beyond = own(Quantity::RangeOffset) + all(Quantity::RangeOffset);
+        let more = 1.0 + both(Quantity::RangeScale);
+        let beyond = both(Quantity::RangeOffset);
         add("range_scale", scale, scale * more, 5);
         add("range_offset", offset, offset * more + beyond, 4);
     }

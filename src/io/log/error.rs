@@ -260,7 +260,7 @@ impl LogError {
      configuration:\n\n    [sonar.\"{sonar}\"]\n    x = 0.0    # m, in `{robot_frame}`\n    y = 0.0    # m\n    \
      yaw = 0.0  # deg\n\nor leave its topic out with --range-topic",
     list("Frames with a transform:", .frames),
-    .carrier.as_ref().map_or(LATER_PART.to_owned(), |carrier| carried_by(carrier, .robot_frame))
+    elsewhere(.carrier.as_deref(), .robot_frame, *.is_part)
 )]
 pub struct MissingMount {
     /// The sonar's name.
@@ -275,8 +275,19 @@ pub struct MissingMount {
     pub why: String,
     /// The frame on which it is mounted, where that is another one than the robot's.
     pub carrier: Option<String>,
+    /// Whether a part of the recording that is not here may have it.
+    pub is_part: bool,
     /// Every frame of the transform tree.
     pub frames: std::sync::Arc<[String]>,
+}
+
+/// Where the mount may be.
+fn elsewhere(carrier: Option<&str>, robot_frame: &str, is_part: bool) -> String {
+    match carrier {
+        Some(carrier) => carried_by(carrier, robot_frame),
+        None if is_part => LATER_PART.to_owned(),
+        None => String::new(),
+    }
 }
 
 /// What else may be the robot's frame (ros-navigation/navigation2#2957).

@@ -159,6 +159,8 @@ struct Named<'a> {
     /// What the configuration says of the frame.
     ring: SonarOverride,
     placed: Option<(SonarId, Mount)>,
+    /// Its frame, by the name that transforms have for it.
+    frame: String,
     /// Readings whose beam width is that of others.
     lacking: u64,
     /// Whether limits of it stood in each other's place.
@@ -235,6 +237,7 @@ impl Placing<'_> {
             true
         });
         let by_name: Vec<&Named<'_>> = order.iter().filter_map(|i| named.get(*i)).collect();
+        notes.extend(on_meant_frames(&by_name));
         notes.extend(on_mounts(&by_name));
         if sonars.is_empty() && !left_out.is_empty() {
             return Err(left_out.swap_remove(0));
@@ -267,7 +270,7 @@ impl Placing<'_> {
         mount: &Mount,
         rivals: Option<&TransformTree>,
     ) -> MountTraits {
-        let frame = sonar.source.key.frame.as_str();
+        let frame = sonar.frame.as_str();
         let robot_frame = robot_frame.as_deref().unwrap_or_default();
         let is_given = mount_of(&sonar.known).is_some() || sonar.frame_mount.is_some();
         let place = self.transforms.between(robot_frame, frame);
@@ -384,14 +387,14 @@ impl Placing<'_> {
             }
             (None, None) if sonar.ring.has_mount() => self
                 .transforms
-                .mount(robot_frame, &source.key.frame, &Isometry3::identity())
+                .mount(robot_frame, &sonar.frame, &Isometry3::identity())
                 .and_then(|frame| {
                     let robot_from_frame = frame.overridden(&sonar.ring).robot_from_sensor;
                     Mount::projected(&(in_space(robot_from_frame) * source.frame_from_beam))
                 }),
             (None, None) => self
                 .transforms
-                .mount(robot_frame, &source.key.frame, &frame_from_beam)
+                .mount(robot_frame, &sonar.frame, &frame_from_beam)
                 .map(|mount| Mount {
                     robot_from_sensor: lain(mount.robot_from_sensor, self.config.sonars.mounts),
                     ..mount
@@ -399,13 +402,14 @@ impl Placing<'_> {
         };
         let found = found.map(|mount| mount.overridden(&sonar.known));
         found.map_err(|why| {
-            let carrier = self.transforms.carrier(&source.key.frame, self.world_frame);
+            let carrier = self.transforms.carrier(&sonar.frame, self.world_frame);
             let carrier = carrier.filter(|carrier| *carrier != robot_frame);
             LogError::NoMount(Box::new(MissingMount {
                 sonar: sonar.name.clone(),
                 topic: source.key.topic.clone(),
                 frame: source.key.frame.clone(),
                 robot_frame: robot_frame.to_owned(),
+                is_part: why == NoMount::Unconnected && !source.key.frame.is_empty(),
                 why: self.explain(why, &source.key.frame, robot_frame),
                 carrier: carrier.map(str::to_owned),
                 frames: Arc::clone(self.frames),
@@ -458,6 +462,10 @@ impl Placing<'_> {
                 *usual += u64::from(is_usual);
             }
         }
+        let mut of_last: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for known in self.frames.iter() {
+            of_last.entry(last_part(known)).or_default().push(known);
+        }
         let mut unused: BTreeSet<&str> = self.config.sonar.keys().map(String::as_str).collect();
         let mut taken = BTreeSet::new();
         let named = sources.iter().map(|source| {
@@ -502,6 +510,7 @@ impl Placing<'_> {
                 },
                 ring,
                 placed: None,
+                frame: meant(&of_last, frame, topic).unwrap_or(frame).to_owned(),
                 lacking: 0,
                 swapped: false,
                 is_contradicted: false,
@@ -530,6 +539,18 @@ impl Placing<'_> {
         named
     }
 
+    /// The frame that the odometry moves where it names that and the one it is in in each other's place: every frame that
+    /// is to be mounted hangs on the latter, and none on the former.
+    fn exchanged<'f>(&self, to_mount: impl Iterator<Item = &'f str>) -> Option<&str> {
+        let mut frames = to_mount.peekable();
+        frames.peek()?;
+        let is_asked = self.config.input.robot_frame.is_some();
+        let hangs = |frame: &str, on: &str| self.transforms.between(on, frame).is_some();
+        let all =
+            frames.all(|frame| hangs(frame, self.world_frame) && !hangs(frame, self.robot_frame));
+        (all && !is_asked && !self.robot_frame.is_empty()).then_some(self.world_frame)
+    }
+
     /// The frame that the odometry moves: as it says, or else the one that carries every sonar
     /// whose mount is not in the configuration.
     ///
@@ -543,8 +564,16 @@ impl Placing<'_> {
         let mut to_mount = named
             .iter()
             .filter(|sonar| mount_of(&sonar.known).is_none() && sonar.frame_mount.is_none())
-            .map(|sonar| sonar.source.key.frame.as_str())
+            .map(|sonar| sonar.frame.as_str())
             .peekable();
+        if let Some(robot_frame) = self.exchanged(to_mount.clone()) {
+            notes.push(format!(
+                "{} names `{}` as what moves in `{robot_frame}`, which carries the sonars: the two are taken for each other \
+                 (input.robot_frame sets another)",
+                self.odometry_topic, self.robot_frame
+            ));
+            return Ok(robot_frame.to_owned());
+        }
         if !self.robot_frame.is_empty() || to_mount.peek().is_none() {
             return Ok(self.robot_frame.to_owned());
         }
@@ -571,6 +600,22 @@ impl Placing<'_> {
     }
 }
 
+/// The name without its prefixes.
+fn last_part(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+/// The frame of the transforms, by their last names, that messages mean which name one that is none of them: the only one of
+/// the same last name, where one of the two is without a prefix (`robot1/front`, as `tf_prefix` makes it), or the topic's
+/// where they name no frame.
+fn meant<'f>(of_last: &BTreeMap<&str, Vec<&'f str>>, frame: &str, topic: &str) -> Option<&'f str> {
+    let last = last_part(if frame.is_empty() { topic } else { frame });
+    match of_last.get(last)?.as_slice() {
+        [known] if frame.is_empty() || known.contains('/') != frame.contains('/') => Some(known),
+        _ => None,
+    }
+}
+
 fn mount_of(known: &SonarOverride) -> Option<Pose2> {
     Some(Pose2::new(known.x?, known.y?, known.yaw?))
 }
@@ -591,6 +636,24 @@ pub const UNUSED: &str = "the configuration describes";
 
 /// What a note on beams that no sonar has says of them.
 pub const TOO_WIDE: &str = "wider than any sonar's";
+
+/// Frames that go by another name in the transforms.
+fn on_meant_frames(named: &[&Named<'_>]) -> Option<String> {
+    let is_meant =
+        |sonar: &&Named<'_>| sonar.placed.is_some() && sonar.frame != sonar.source.key.frame;
+    let sonars: Vec<&Named<'_>> = named.iter().copied().filter(is_meant).collect();
+    let first = sonars.first()?;
+    let said = match first.source.key.frame.as_str() {
+        "" => "no frame".to_owned(),
+        frame => format!("`{frame}`, of which no transform is"),
+    };
+    Some(format!(
+        "messages of {} name {said}: `{}` is taken, which the transforms have, and likewise of the others; [sonar.\"NAME\"] \
+         gives other mounts",
+        which(&sonars),
+        first.frame
+    ))
+}
 
 /// Mounts that are not what they are taken for.
 fn on_mounts(named: &[&Named<'_>]) -> Vec<String> {
@@ -697,6 +760,22 @@ fn which(sonars: &[&Named<'_>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn frames_of_another_prefix_are_meant_and_those_of_another_robot_are_not() {
+        let of_last = BTreeMap::from([
+            ("front", vec!["front"]),
+            ("left", vec!["robot1/left"]),
+            ("back", vec!["a/back", "b/back"]),
+        ]);
+        let meant = |frame, topic| meant(&of_last, frame, topic);
+        assert_eq!(meant("robot1/front", "/us"), Some("front"));
+        assert_eq!(meant("left", "/us"), Some("robot1/left"));
+        assert_eq!(meant("", "/us/front"), Some("front"));
+        assert_eq!(meant("robot2/left", "/us"), None);
+        assert_eq!(meant("back", "/us"), None);
+        assert_eq!(meant("front", "/us"), None);
+    }
 
     #[test]
     fn mounts_are_laid_as_is_said() {

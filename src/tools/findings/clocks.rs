@@ -1,7 +1,7 @@
 //! Clocks of ranges and of odometry that do not agree: one is ahead, one runs faster, one is coarse. Each has its
 //! own cause, and the delay in the middle is the same for all.
 
-use super::examined::{Examined, Tried, in_words};
+use super::examined::{Examined, in_words};
 use super::facts::{ChannelFacts, Facts};
 use super::finding::{Finding, Weight};
 use super::stamps::used;
@@ -34,9 +34,10 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let facts = of.facts;
     let (ranges, odometry) = (clock(facts, "range")?, clock(facts, "odometry")?);
     if facts.clock_set.is_some() {
-        return None;
+        return set(of);
     }
-    coarse(of, &ranges)
+    coarse(of, &ranges, "ranges")
+        .or_else(|| coarse(of, &odometry, "odometry"))
         .or_else(|| running(of, &ranges, &odometry))
         .or_else(|| ahead(of, &ranges, &odometry))
         .or_else(|| uneven(of, &ranges, &odometry))
@@ -51,40 +52,72 @@ fn clock<'a>(facts: &'a Facts, role: &'a str) -> Option<Clock<'a>> {
     clocks.max_by_key(|clock| clock.channel.stamped)
 }
 
+/// A clock that was set while the log was recorded, where the times of recording fit together.
+fn set(of: &Examined<'_>) -> Option<Finding> {
+    let both = format!("{BY_RECORDING}\n{ODOMETRY_BY_RECORDING}");
+    let tried = of.best(&[
+        BY_RECORDING.to_owned(),
+        ODOMETRY_BY_RECORDING.to_owned(),
+        both,
+    ])?;
+    Some(
+        Finding::new(
+            Weight::Serious,
+            "set-stamps",
+            "the clock of the stamps was set while they were recorded, and that of the recording was not",
+            "readings meet the poses of other times",
+            format!("for this log {}{tried}", tried.named()),
+        )
+        .with(Some(tried)),
+    )
+}
+
 /// Stamps in whole seconds (kevinmcaleer/snakeros#27).
-fn coarse(of: &Examined<'_>, ranges: &Clock<'_>) -> Option<Finding> {
-    let stamps = || {
-        of.survey
-            .log
-            .events
-            .readings
-            .iter()
-            .map(|reading| reading.stamp_ns)
+fn coarse(of: &Examined<'_>, clock: &Clock<'_>, role: &str) -> Option<Finding> {
+    let events = &of.survey.log.events;
+    let (key, stamps): (_, Vec<i64>) = match role {
+        "odometry" => (
+            ODOMETRY_BY_RECORDING,
+            events
+                .odometry
+                .iter()
+                .map(|sample| sample.stamp_ns)
+                .collect(),
+        ),
+        _ => (
+            BY_RECORDING,
+            events
+                .readings
+                .iter()
+                .map(|reading| reading.stamp_ns)
+                .collect(),
+        ),
     };
     let is_on = |step: &f64| {
         let step_ns = libm::round(step * 1e9) as i64;
-        let on = stamps().filter(|stamp| stamp % step_ns == 0).count();
-        on as f64 > ALL * stamps().count() as f64 && ranges.channel.delay_spread > 0.7 * step
+        let on = stamps.iter().filter(|stamp| *stamp % step_ns == 0).count();
+        on as f64 > ALL * stamps.len() as f64 && clock.channel.delay_spread > 0.7 * step
     };
     let step = COARSE.into_iter().find(is_on)?;
-    let tried = of.tried(BY_RECORDING);
-    let by_recording = by_recording(tried.as_ref());
-    let delays = used(of.facts, "range").filter_map(|channel| channel.extreme_delay);
+    let tried = of.tried(key);
+    let by_recording = format!("{key}{}", in_words(tried.as_ref()));
+    let delays = used(of.facts, if role == "odometry" { role } else { "range" })
+        .filter_map(|channel| channel.extreme_delay);
     Some(Finding::new(
         Weight::Serious,
         "coarse-stamps",
         format!(
-            "the ranges are stamped in whole steps of {step} s, and recorded up to {:.2} s later",
+            "the {role} {} stamped in whole steps of {step} s, and recorded up to {:.2} s later",
+            if role == "odometry" { "is" } else { "are" },
             delays.fold(0.0, f64::max)
         ),
-        "readings meet the pose of the last full step, and walls come in stairs",
+        match role {
+            "odometry" => "the robot seems to leap from step to step",
+            _ => "readings meet the pose of the last full step, and walls come in stairs",
+        },
         format!("let the driver stamp to the nanosecond; for this log {by_recording}"),
     )
     .with(tried))
-}
-
-fn by_recording(tried: Option<&Tried>) -> String {
-    format!("{BY_RECORDING}{}", in_words(tried))
 }
 
 /// A clock that runs faster or slower than the other.

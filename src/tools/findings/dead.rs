@@ -97,7 +97,7 @@ fn stuck(of: &Examined<'_>, sonar: &SonarFacts) -> Option<(f64, f64)> {
     let is_stuck = has_moved && sonar.echoes >= ENOUGH && share > STUCK;
     // What stands for no echo is no echo.
     let stands_in = || {
-        stand_in::spike(&of.survey.log.events.readings, sonar).is_some()
+        stand_in::has_spike(&of.survey.log.events.readings, sonar)
             || stand_in::shared(&of.facts.sonars).is_some_and(|(value, ..)| value == range)
     };
     (is_stuck && !stands_in()).then_some((range, share))

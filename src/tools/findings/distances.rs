@@ -39,10 +39,9 @@ fn units(of: &Examined<'_>) -> Option<Finding> {
         false => long.iter().map(|sonar| sonar.topic.as_str()).collect(),
     };
     let tried = best(of, &topics, &UNITS.map(|(_, metres)| metres));
-    let is_meant = |metres: f64, tried: &Tried| tried.keys == keys(of, &topics, metres);
     let unit = tried.as_ref().and_then(|tried| {
         let mut units = UNITS.iter();
-        units.find(|(_, metres)| is_meant(*metres, tried))
+        units.find(|(_, metres)| is_meant(of, &topics, *metres, tried))
     });
     let advice = tried
         .as_ref()
@@ -84,7 +83,7 @@ fn scale(of: &Examined<'_>) -> Option<Finding> {
     let tried = best(of, &topics, &factors).filter(|tried| tried.with.share > WELL)?;
     let factor = factors
         .iter()
-        .find(|factor| keys(of, &topics, **factor) == tried.keys)?;
+        .find(|factor| is_meant(of, &topics, **factor, &tried))?;
     let unit = UNITS.iter().find(|(_, metres)| metres == factor);
     Some(
         Finding::new(
@@ -110,13 +109,30 @@ fn scale(of: &Examined<'_>) -> Option<Finding> {
 /// The keys that scale ranges so that most of the log is explained.
 fn best(of: &Examined<'_>, topics: &[&str], factors: &[f64]) -> Option<Tried> {
     let keys: Vec<String> = (factors.iter())
-        .map(|factor| keys(of, topics, *factor))
+        .flat_map(|factor| in_unit(of, topics, *factor))
         .collect();
     of.best(&keys)
 }
 
+/// Whether these are the keys of a factor.
+fn is_meant(of: &Examined<'_>, topics: &[&str], factor: f64, tried: &Tried) -> bool {
+    in_unit(of, topics, factor).contains(&tried.keys)
+}
+
+/// The keys that scale the ranges on topics, with their variance and without it: a driver that forgets the unit of the
+/// one may know that of the other.
+pub fn in_unit(of: &Examined<'_>, topics: &[&str], metres_per_unit: f64) -> Vec<String> {
+    let keys = keys(of, topics, metres_per_unit);
+    let mut readings = of.survey.log.events.readings.iter();
+    let has_variance = readings.any(|reading| reading.variance > 0.0);
+    let without = format!("{keys}\nnoise.trust_variance = false");
+    std::iter::once(keys)
+        .chain(has_variance.then_some(without))
+        .collect()
+}
+
 /// The keys that scale the ranges on topics: one for the folder of them, where no others are in it.
-pub fn keys(of: &Examined<'_>, topics: &[&str], metres_per_unit: f64) -> String {
+fn keys(of: &Examined<'_>, topics: &[&str], metres_per_unit: f64) -> String {
     let key = |topic: &str| {
         let topic = toml::Value::from(topic);
         format!("channel.{topic}.metres_per_unit = {metres_per_unit}")

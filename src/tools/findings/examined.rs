@@ -36,8 +36,13 @@ impl Tried {
     /// Whether nearly all is explained with them, or at least half of what was not: they mend what is wrong, and do
     /// not merely help.
     pub fn is_most(&self) -> bool {
+        self.with.share > NEARLY_ALL || self.leaves_half()
+    }
+
+    /// Whether no more than half of what was not explained is left.
+    pub fn leaves_half(&self) -> bool {
         let without = self.without.map_or(0.0, |without| without.share);
-        self.with.share > NEARLY_ALL || 1.0 - self.with.share <= (1.0 - without) / 2.0
+        1.0 - self.with.share <= (1.0 - without) / 2.0
     }
 }
 
@@ -107,6 +112,12 @@ impl Examined<'_> {
     pub fn best(&self, keys: &[String]) -> Option<Tried> {
         let tried = keys.iter().filter_map(|keys| self.tried(keys));
         tried.min_by(|a, b| a.with.bits.total_cmp(&b.with.bits))
+    }
+
+    /// Whether a replay explains less with other keys.
+    pub fn worsens(&self, keys: &str) -> bool {
+        let both = self.explained_with(keys).zip(self.explained());
+        both.is_some_and(|(with, without)| with.bits > without.bits && with.share <= without.share)
     }
 
     /// What a replay explains with other keys.

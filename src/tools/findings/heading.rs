@@ -5,11 +5,12 @@ use std::f64::consts::FRAC_PI_4;
 
 use super::examined::Examined;
 use super::finding::{Finding, Weight};
-use super::laid::best_axes;
+use super::laid::{best_axes, best_unit};
 use super::{poses, speed};
 use crate::core::event::OdometrySample;
 use crate::core::geometry::{Vec2, direction, wrap_angle};
 use crate::io::log::tracks::two_tracks;
+use crate::io::log::traits::PoseTraits;
 
 /// Less way tells nothing, metres.
 const ENOUGH: f64 = 1.0;
@@ -19,6 +20,8 @@ const STEP: f64 = 0.002;
 const STEADY: f64 = 0.9;
 /// Directions that agree no better have nothing to do with each other.
 const LOOSE: f64 = 0.5;
+/// A map that explains less is not that of a robot that drives sideways.
+const POOR: f64 = 0.6;
 /// By so much ways or turns by poses may differ from those by speeds, as a factor.
 const FACTOR: f64 = 2.0;
 
@@ -34,19 +37,28 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     {
         return None; // from which it follows
     }
+    let is_poor = of
+        .explained()
+        .is_none_or(|explained| explained.share < POOR);
     let (what, weight) = against_speeds(of)
         .map(|what| (what, Weight::Serious))
-        .or_else(|| against_travel(samples))?;
-    let tried = best_axes(of);
+        .or_else(|| against_travel(samples, is_poor))?;
+    let is_unit = ways_differ(&of.survey.traits.poses);
+    let tried = is_unit.then(|| best_unit(of)).flatten();
+    let tried = tried.or_else(|| best_axes(of));
     Some(Finding::new(
         weight,
         "heading",
         what,
-        "beams are laid into wrong directions, and walls do not join",
+        match is_unit {
+            true => "the path is as much too long or too short, and walls do not join",
+            false => "beams are laid into wrong directions, and walls do not join",
+        },
         match &tried {
             Some(tried) => format!(
-                "set {}{tried}; better, mend what makes the heading",
-                tried.named()
+                "set {}{tried}; better, mend what makes the {}",
+                tried.named(),
+                if is_unit { "path" } else { "heading" }
             ),
             None => "headings are counter-clockwise from x, in radians, of the frame that the sonars are mounted in \
                      (REP 103): look at what makes them"
@@ -56,12 +68,24 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     .with(tried))
 }
 
+/// Whether the way by poses is another than that by the speeds that come with them.
+fn ways_differ(poses: &PoseTraits) -> bool {
+    let [way, said] = poses.ways;
+    said >= ENOUGH / 10.0 && !(1.0 / FACTOR..FACTOR).contains(&(way / said))
+}
+
 /// What the poses say other than the speeds in the same messages.
 pub fn against_speeds(of: &Examined<'_>) -> Option<String> {
     let poses = &of.survey.traits.poses;
     let ([way, said], [together, squares]) = (poses.ways, poses.turns);
-    if poses.are_of_twist || way.min(said) < ENOUGH / 10.0 || way.max(said) < ENOUGH {
+    // Many drivers leave the speeds at zero.
+    if poses.are_of_twist || said < ENOUGH / 10.0 || way.max(said) < ENOUGH {
         return None;
+    }
+    if ways_differ(poses) {
+        return Some(format!(
+            "the robot drives {way:.1} m by its poses and {said:.1} m by its speeds"
+        ));
     }
     let along = poses.way_along / way;
     let rate = together / squares.max(f64::MIN_POSITIVE);
@@ -71,11 +95,6 @@ pub fn against_speeds(of: &Examined<'_>) -> Option<String> {
             poses.way_along
         ));
     }
-    if !(1.0 / FACTOR..FACTOR).contains(&(way / said)) {
-        return Some(format!(
-            "the robot drives {way:.1} m by its poses and {said:.1} m by its speeds"
-        ));
-    }
     (squares.sqrt() > 0.1 && !(1.0 / FACTOR..FACTOR).contains(&rate)).then(|| {
         let way = if rate < 0.0 { "the other way, " } else { "" };
         let rate = rate.abs();
@@ -83,8 +102,9 @@ pub fn against_speeds(of: &Examined<'_>) -> Option<String> {
     })
 }
 
-/// What the heading is to the direction of travel.
-fn against_travel(samples: &[OdometrySample]) -> Option<(String, Weight)> {
+/// How the way goes along the heading, and along a heading that is mirrored, as sums of steps turned back by these; and
+/// the way.
+fn along(samples: &[OdometrySample]) -> ([Vec2; 2], f64) {
     let (mut with, mut against, mut way) = (Vec2::zeros(), Vec2::zeros(), 0.0);
     for [a, b] in samples.array_windows() {
         let step = b.world_from_robot.position() - a.world_from_robot.position();
@@ -98,6 +118,18 @@ fn against_travel(samples: &[OdometrySample]) -> Option<(String, Weight)> {
         against += unit(course + heading);
         way += step.norm();
     }
+    ([with, against], way)
+}
+
+/// By how much the robot drives to the side of its heading all the way, radians.
+pub fn to_the_side(samples: &[OdometrySample]) -> Option<f64> {
+    let ([with, _], way) = along(samples);
+    (way >= ENOUGH && with.norm() > STEADY * way).then(|| direction(with))
+}
+
+/// What the heading is to the direction of travel.
+fn against_travel(samples: &[OdometrySample], is_poor: bool) -> Option<(String, Weight)> {
+    let ([with, against], way) = along(samples);
     if way < ENOUGH {
         return None;
     }
@@ -118,8 +150,14 @@ fn against_travel(samples: &[OdometrySample]) -> Option<(String, Weight)> {
         return Some((what, Weight::Notable));
     }
     (agree < LOOSE).then(|| {
-        let what = "the heading has little to do with the direction of travel: fine for a robot that drives sideways";
-        (what.to_owned(), Weight::Notable)
+        let what = "the heading has little to do with the direction of travel";
+        match is_poor {
+            true => (what.to_owned(), Weight::Serious),
+            false => (
+                format!("{what}: fine for a robot that drives sideways"),
+                Weight::Notable,
+            ),
+        }
     })
 }
 
@@ -141,7 +179,7 @@ mod tests {
             }
         };
         let samples: Vec<_> = (0..628).map(sample).collect();
-        against_travel(&samples).map(|(_, weight)| weight)
+        against_travel(&samples, false).map(|(_, weight)| weight)
     }
 
     #[test]

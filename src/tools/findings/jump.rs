@@ -61,6 +61,10 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let ways = ["take-out", "spread"].map(|how| format!("input.odometry_jumps = \"{how}\""));
     let keys = [ways.as_slice(), &[from_speeds()]].concat();
     let tried = of.best(&keys);
+    // A robot that turned or drove between two samples, by what it heard behind.
+    if tried.is_none() && of.worsens(&ways[0]) {
+        return None;
+    }
     Some(Finding::new(
         Weight::Serious,
         "odometry-jump",

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use super::distances::keys;
+use super::distances::in_unit;
 use super::examined::Examined;
 use super::finding::{Finding, Weight, which_sonars};
 use super::sonars::SonarFacts;
@@ -59,9 +59,10 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
         )
     };
     let topics: Vec<&str> = used(of.facts, "range").map(|c| c.topic.as_str()).collect();
-    let scaled = UNITS
-        .iter()
-        .map(|(_, metres)| format!("{}\n{}", keys(of, &topics, *metres), limits(*metres)));
+    let scaled = UNITS.iter().flat_map(|(_, metres)| {
+        let keys = in_unit(of, &topics, *metres).into_iter();
+        keys.map(|keys| format!("{keys}\n{}", limits(*metres)))
+    });
     let tried = of.best(
         &std::iter::once(limits(1.0))
             .chain(scaled)

@@ -5,6 +5,7 @@ use super::finding::{Finding, Weight, which_sonars};
 use super::sonars::{MountFacts, SonarFacts};
 use super::units::UNITS;
 use crate::core::event::{Events, RangeReading, SonarId};
+use crate::core::rounding::fixed;
 use crate::core::statistics::fraction;
 
 /// No sonar sits farther from the middle of its robot, metres.
@@ -33,17 +34,29 @@ fn far(of: &Examined<'_>) -> Option<Finding> {
         .channels
         .iter()
         .filter(|c| c.used && c.role == Some("transform"));
-    let fixed = transforms.filter(|channel| channel.topic.ends_with("tf_static"));
-    let keys = fixed
-        .filter(|_| far.len() == sonars.len())
-        .flat_map(|channel| {
-            let section = toml::Value::from(channel.topic.as_str());
-            UNITS.map(|(_, metres)| format!("channel.{section}.metres_per_unit = {metres}"))
-        });
-    let tried = of.best(&keys.collect::<Vec<_>>());
+    let of_static = transforms.filter(|channel| channel.topic.ends_with("tf_static"));
+    let of_all = of_static.flat_map(|channel| {
+        let section = toml::Value::from(channel.topic.as_str());
+        UNITS.map(|(_, metres)| format!("channel.{section}.metres_per_unit = {metres}"))
+    });
+    let of_some = || {
+        UNITS.map(|(_, metres)| {
+            let keys = far.iter().filter_map(|sonar| {
+                let (name, mount) = (toml::Value::from(sonar.name.as_str()), sonar.mount?);
+                let [x, y] = [mount.x, mount.y].map(|place| fixed(place * metres, 4));
+                Some(format!("sonar.{name}.x = {x}\nsonar.{name}.y = {y}"))
+            });
+            keys.collect::<Vec<_>>().join("\n")
+        })
+    };
+    let keys = match far.len() == sonars.len() {
+        true => of_all.collect(),
+        false => of_some().to_vec(),
+    };
+    let tried = of.best(&keys);
     let advice = tried
         .as_ref()
-        .map(|tried| format!("they seem to be in another unit: {}{tried}", tried.keys));
+        .map(|tried| format!("they seem to be in another unit: {}{tried}", tried.named()));
     Some(Finding::new(
         Weight::Serious,
         "far-mount",

@@ -19,7 +19,7 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     // A path that settles otherwise explains more without a single pillar.
     let tried = of
         .tried("noise_aware.circles = true")
-        .filter(|tried| tried.is_most() && tried.with.circles > 0)?;
+        .filter(|tried| tried.leaves_half() && tried.with.circles > 0)?;
     Some(
         Finding::new(
             Weight::Serious,

@@ -104,7 +104,7 @@ fn leaning(of: &Examined<'_>, poses: &PoseTraits) -> Option<Finding> {
     } else if z > y {
         "y seems to be up"
     } else {
-        "the robot lies, or another axis is up"
+        "the robot lies, another axis is up, or the parts of the quaternion stand in another order"
     };
     let tried = best_axes(of);
     Some(Finding::new(

@@ -26,7 +26,7 @@ pub fn check(of: &Examined<'_>) -> Vec<Finding> {
 
 fn found(of: &Examined<'_>) -> Option<Finding> {
     let (readings, sonars) = (&of.survey.log.events.readings, &of.facts.sonars);
-    let stands_in = |sonar: &SonarFacts| stand_in::spike(readings, sonar).is_some();
+    let stands_in = |sonar: &SonarFacts| stand_in::has_spike(readings, sonar);
     let repeat = sonars
         .iter()
         .filter(|sonar| sonar.moved >= ENOUGH && sonar.repeated() > REPEATS && !stands_in(sonar));

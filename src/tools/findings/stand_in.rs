@@ -13,14 +13,16 @@ const ENOUGH: usize = 40;
 const SPIKE: f64 = 0.1;
 /// The values in it lie no farther apart than this share of them.
 const WIDTH: f64 = 0.01;
+/// So many sonars with one farthest value have no walls there.
+const SEVERAL: usize = 3;
 /// A spike holds so many times as many echoes as lie as near to each other elsewhere.
 const TIMES: f64 = 6.0;
 
 /// A value that stands for no echo.
 #[derive(Clone, Copy)]
 pub enum StandIn {
-    /// Nothing is nearer.
-    Nearest(f64),
+    /// Nothing is nearer; the smallest and the largest of its values.
+    Nearest([f64; 2]),
     /// Nothing is farther; the smallest of its values.
     Farthest(f64),
     /// One and the same value of several sonars.
@@ -48,10 +50,18 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
 
 fn at_an_end(of: &Examined<'_>) -> Option<Finding> {
     let readings = &of.survey.log.events.readings;
-    let spikes = of.facts.sonars.iter().filter_map(|sonar| {
-        let (stand_in, count) = spike(readings, sonar)?;
-        Some((sonar, stand_in, count))
+    let ends = of.facts.sonars.iter().filter_map(|sonar| {
+        let end = end(readings, sonar)?;
+        Some((sonar, end))
     });
+    let ends: Vec<(&SonarFacts, End)> = ends.collect();
+    // Walls lie at other distances from each sonar; a cap with noise on it does not.
+    let is_shared = |end: &End| {
+        let alike = ends.iter().filter(|(_, other)| end.is_like(other));
+        alike.count() >= SEVERAL
+    };
+    let spikes = ends.iter().filter(|(_, end)| end.is_sure || is_shared(end));
+    let spikes = spikes.map(|(sonar, end)| (*sonar, end.stand_in, end.count));
     let spikes: Vec<(&SonarFacts, StandIn, usize)> = spikes.collect();
     let (_, first, _) = spikes.first()?;
     let in_spikes = spikes.iter().map(|(_, _, count)| *count as u64).sum();
@@ -62,12 +72,12 @@ fn at_an_end(of: &Examined<'_>) -> Option<Finding> {
         .map(|(sonar, ..)| sonar.name.as_str())
         .collect();
     let (value, key) = match first {
-        StandIn::Nearest(value) => {
+        StandIn::Nearest([value, largest]) => {
             let above = spikes.iter().filter_map(|(_, spike, _)| match spike {
-                StandIn::Nearest(value) => Some(*value),
+                StandIn::Nearest([_, largest]) => Some(*largest),
                 StandIn::Farthest(_) | StandIn::Same(_) => None,
             });
-            let above = above.fold(*value, f64::max) + 0.01;
+            let above = above.fold(*largest, f64::max) + 0.01;
             (*value, format!("sonars.min_range = {}", thousandths(above)))
         }
         StandIn::Farthest(value) | StandIn::Same(value) => {
@@ -153,6 +163,8 @@ fn told(
             percent(share),
             if names.len() == 1 { "its" } else { "their" },
             match stand_in {
+                StandIn::Nearest([value, largest]) if largest - value > 0.001 =>
+                    " or a little more, nearer than all others",
                 StandIn::Nearest(_) => ", nearer than all others",
                 StandIn::Farthest(_) => " or a little more, farther than all others",
                 StandIn::Same(_) => " to the bit",
@@ -168,8 +180,31 @@ fn thousandths(metres: f64) -> f64 {
     libm::round(metres * 1000.0) / 1000.0
 }
 
-/// A spike at the end of a sonar's histogram, and how many echoes are in it.
-pub fn spike(readings: &Readings, sonar: &SonarFacts) -> Option<(StandIn, usize)> {
+/// A spike at the end of a sonar's histogram.
+struct End {
+    stand_in: StandIn,
+    /// Echoes in it.
+    count: usize,
+    /// Whether one sonar alone shows that it is no wall.
+    is_sure: bool,
+}
+
+impl End {
+    /// Whether both are the farthest values, and these are the same.
+    fn is_like(&self, other: &Self) -> bool {
+        match (self.stand_in, other.stand_in) {
+            (StandIn::Farthest(own), StandIn::Farthest(other)) => (own - other).abs() < WIDTH * own,
+            _ => false,
+        }
+    }
+}
+
+/// Whether a spike at the end of a sonar's histogram stands for no echo.
+pub fn has_spike(readings: &Readings, sonar: &SonarFacts) -> bool {
+    end(readings, sonar).is_some_and(|end| end.is_sure)
+}
+
+fn end(readings: &Readings, sonar: &SonarFacts) -> Option<End> {
     let of_sonar = readings.iter().filter(|reading| reading.sonar == sonar.id);
     let echoes = of_sonar.filter(|reading| reading.classify() == Return::Echo);
     let mut ranges: Vec<f64> = echoes.map(|reading| reading.range).collect();
@@ -193,15 +228,25 @@ pub fn spike(readings: &Readings, sonar: &SonarFacts) -> Option<(StandIn, usize)
     let beside = |from: f64, to: f64, count: usize| 10 * within(from, to) < count;
     let nearest = within(low, low + width);
     if is_spike(nearest) && low <= 0.05 && beside(low + width, low + 3.0 * width, nearest) {
-        return Some((StandIn::Nearest(low), nearest));
+        let largest = ranges
+            .iter()
+            .copied()
+            .rfind(|range| *range <= low + width)?;
+        return Some(End {
+            stand_in: StandIn::Nearest([low, largest]),
+            count: nearest,
+            is_sure: true,
+        });
     }
     let farthest = within(high - width, high);
-    let is_cap = ranges.iter().filter(|range| **range == high).count() * 2 > farthest
-        || (sonar.max_range.is_finite() && high > 0.98 * sonar.max_range);
-    let from = ranges
-        .iter()
-        .copied()
-        .find(|range| *range >= high - width)?;
-    (is_spike(farthest) && is_cap && beside(high - 3.0 * width, high - width, farthest))
-        .then_some((StandIn::Farthest(from), farthest))
+    let is_exact = ranges.iter().filter(|range| **range == high).count() * 2 > farthest;
+    let is_sure = is_exact || (sonar.max_range.is_finite() && high > 0.98 * sonar.max_range);
+    // Noise has tails.
+    let wide = if is_exact { width } else { 2.0 * width };
+    let from = ranges.iter().copied().find(|range| *range >= high - wide)?;
+    (is_spike(farthest) && beside(high - 3.0 * width, high - width, farthest)).then_some(End {
+        stand_in: StandIn::Farthest(from),
+        count: farthest,
+        is_sure,
+    })
 }

@@ -417,6 +417,21 @@ fn kinds_that_do_not_stand_among_the_data_are_told() {
 }
 
 #[test]
+fn no_message_of_a_log_inside_a_record_of_no_known_kind() {
+    let good = Chunk::plain(&[channel(1, "/a"), message(1, 5)].concat()).bytes();
+    let inner = file(&[
+        Chunk::plain(&[channel(1, "/b"), message(1, 6)].concat()).bytes(),
+        end(),
+    ]);
+    for opcode in [0, 0x20, 0x90] {
+        let bytes = file(&[good.clone(), record(opcode, &inner), good.clone(), end()]);
+        let (found, losses) = read(&bytes).unwrap();
+        assert_eq!(found.len(), 2, "{opcode}: {losses:?}");
+        assert_eq!(losses.len(), usize::from(opcode < 0x80), "{losses:?}");
+    }
+}
+
+#[test]
 fn definitions_that_no_checksum_vouches_for_are_not_used() {
     let definition = channel(1, "/odom");
     let chunk = Chunk::plain(&message(1, 5)).bytes();

@@ -64,3 +64,23 @@ fn a_name_does_not_steer_the_terminal() {
     let info = bench.tmam(&path, "info {}");
     assert!(info.stdout.contains("\\u001b[2J") && !info.stdout.contains('\x1b'));
 }
+
+#[test]
+fn an_odometry_that_exchanges_the_names_of_its_frames_is_read_the_other_way_round() {
+    let bytes = changed(|mut message| {
+        if message.topic == "/odom" {
+            // The frame and the one that moves in it, each with its length and zeros up to the next field.
+            let names = b"\x0a\0\0\0base_link\0\0\0\x05\0\0\0odom\0\0\0\0";
+            message.data[12..12 + names.len()].copy_from_slice(names);
+        }
+        (message.topic != "/tf")
+            .then_some(message)
+            .into_iter()
+            .collect()
+    });
+    let bench = Bench::new();
+    let run = replay(&bench, &bytes);
+    says(&run, 0, &["names `odom` as what moves in `base_link`"]);
+    let lines = bench.json("f")["map"]["lines"].clone();
+    assert_eq!(lines.as_array().unwrap().len(), 6);
+}

@@ -277,8 +277,21 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             }
             (Some(_), Some(end)) if self.leads_on(end, CHAIN)? => Some((end, Some(Why::Malformed))),
             (None, Some(end)) if self.leaves_a_trace(end)? => Some((end, None)),
+            // A log inside a record of no known kind is no part of this one either.
+            (None, None) if !prefix.is_possible() && self.holds_log(at)? => {
+                let end = Some(prefix.end(at)).filter(|end| *end <= limit);
+                match end {
+                    Some(end) if self.leads_on(end, CHAIN)? => Some((end, None)),
+                    _ => None,
+                }
+            }
             _ => None,
         })
+    }
+
+    /// Whether what a record holds begins as a log does.
+    fn holds_log(&mut self, at: u64) -> io::Result<bool> {
+        Ok(self.source.peek(at.saturating_add(PREFIX))? == Some(MAGIC))
     }
 
     /// Whether a record begins there, or one of which the length or the fields are damaged.
