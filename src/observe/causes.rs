@@ -134,6 +134,10 @@ pub fn what(values: &[Estimated], events: &Events) -> String {
         Parameter::OdometryTurnScale => format!("turns of odometry are {without_sign} too {word}"),
         Parameter::Sonar(whose, quantity) => {
             let who = who(whose, events);
+            let is = match whose {
+                Whose::One(_) => "is",
+                Whose::All => "are",
+            };
             match quantity {
                 Quantity::Delay if sonars.len() > 1 => format!(
                     "ranges of {} are stamped {without_sign} too {word}, and those of the others are not",
@@ -153,7 +157,7 @@ pub fn what(values: &[Estimated], events: &Events) -> String {
                     "ranges of {who} are {} times what they should be",
                     fixed(1.0 / (1.0 + first.value), 2)
                 ),
-                Quantity::Yaw => format!("{who} is turned by {size}"),
+                Quantity::Yaw => format!("{who} {is} turned by {size}"),
                 Quantity::X | Quantity::Y => {
                     let parts = values.iter().map(|one| match one.parameter {
                         Parameter::Sonar(_, quantity) => {
@@ -162,7 +166,7 @@ pub fn what(values: &[Estimated], events: &Events) -> String {
                         _ => String::new(),
                     });
                     let parts: Vec<String> = parts.collect();
-                    format!("{who} is mounted elsewhere: {}", parts.join(", "))
+                    format!("{who} {is} mounted elsewhere: {}", parts.join(", "))
                 }
                 Quantity::RangeScale | Quantity::RangeOffset => {
                     format!("ranges of {who} are {without_sign} too {word}")

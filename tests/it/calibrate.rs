@@ -108,7 +108,7 @@ fn a_sonar_that_is_taken_for_another_or_stamped_by_a_clock_of_its_own_is_told() 
                     format!("sonar.sonar_{sonar:02}.x = {x}\n")
                 })
                 .collect(),
-            "all sonars is mounted elsewhere: x by -",
+            "all sonars are mounted elsewhere: x by -",
         ),
         (
             "sonars.range_offset = 0.1".to_owned(),

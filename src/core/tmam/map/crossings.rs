@@ -451,4 +451,37 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn the_last_bit_decides_neither_which_points_there_are_nor_their_readings() {
+        let posts = "[0.6, 1.0], [1.5, 1.0], [2.4, -1.2]";
+        for sigma in [0.0, 1.0] {
+            let mut noise = Gauss::new(3);
+            let mut arcs = drive(&world("", posts, ""), &mut noise);
+            for arc in arcs.iter_mut().filter(|_| sigma == 0.0) {
+                let echo = world("", posts, "").echo(arc.world_from_sensor, BEAM, 4.0);
+                arc.range = echo.unwrap().range;
+            }
+            let expected = found(&arcs, &[]);
+            assert!(expected.len() >= 2, "{expected:?}");
+            for most in [1e-12, 1e-9] {
+                let mut moved = || most * noise.sample().clamp(-1.0, 1.0);
+                let mut perturbed = arcs.clone();
+                for arc in &mut perturbed {
+                    arc.range += moved();
+                    arc.world_from_sensor.x += moved();
+                    arc.world_from_sensor.yaw += moved();
+                }
+                let again = found(&perturbed, &[]);
+                assert_eq!(expected.len(), again.len());
+                for (a, b) in expected.iter().zip(&again) {
+                    let ids = |of: &CrossingPoint| -> Vec<_> {
+                        of.arcs.iter().map(|arc| arc.id).collect()
+                    };
+                    assert_eq!(ids(a), ids(b));
+                    assert!((a.point.position - b.point.position).norm() < 1e-7);
+                }
+            }
+        }
+    }
 }

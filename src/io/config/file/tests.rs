@@ -29,7 +29,7 @@ fn what_is_shown_reads_back_the_same() {
 
 #[test]
 fn every_key_of_the_configuration_is_in_the_table_and_the_other_way_round() {
-    let everything = "[input]\nstart=0\nend=1\nrobot_frame='r'\nworld_frame='w'\nmounts_from='f'\nodometry_track=1\nodometry_jumps='keep'\n[noise]\nsigma_abs=0.01\nodometry_distance=0.01\nodometry_heading=0.2\nodometry_turn=0.5\n[sonars]\nbeam_width=9\nrange_scale=1\nrange_offset=0\nmin_range=0.1\nmax_range=4\nno_echo=3\n[noise_aware]\ncircles=true\n\
+    let everything = "[input]\nstart=0\nend=1\nrobot_frame='r'\nworld_frame='w'\nmounts_from='f'\nodometry_track=1\nodometry_jumps='keep'\n[noise]\nsigma_abs=0.01\nodometry_distance=0.01\nodometry_heading=0.2\nodometry_turn=0.5\n[sonars]\nbeam_width=9\nrange_scale=1\nrange_offset=0\nmin_range=0.1\nmax_range=4\nno_echo=3\n[noise_aware]\ncircles=true\ncrossings=false\n\
         [sonar.s]\nx=0\ny=0\nyaw=0\nbeam_width=9\nmin_range=0\nmax_range=1\nrange_scale=1\nrange_offset=0\nrange_delay=0\n\
         [channel.'/t']\ntype='t'\nrange='r'\nstamp='s'\nstamp_unit='ms'\nframe='f'\nframe_name='n'\n\
         min_range='a.b'\nmax_range=3\nbeam_width=9\nvariance=0\nx='x'\ny='y'\nyaw='yaw'\n\
