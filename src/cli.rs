@@ -26,6 +26,7 @@ use clap::{ArgAction, Parser, Subcommand};
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
+use crate::core::legible::{legible, typed_on_one_line};
 use crate::core::tool::LONG_VERSION;
 use crate::io::output::OutputError;
 
@@ -78,7 +79,7 @@ impl Cli {
     /// # Errors
     /// When standard output cannot be written.
     pub fn told(said: &clap::Error) -> Result<Exit, Error> {
-        let printed = said.print().and_then(|()| io::stdout().flush());
+        let printed = print(said).and_then(|()| io::stdout().flush());
         match printed {
             Err(source) if source.kind() != io::ErrorKind::BrokenPipe && !said.use_stderr() => {
                 let path = "standard output".into();
@@ -112,5 +113,20 @@ impl Cli {
             #[cfg(feature = "terminal")]
             Command::Man(args) => args.run(<Self as clap::CommandFactory>::command()),
         }
+    }
+}
+
+/// Prints what clap says, but without what was typed that would not be shown as it is.
+fn print(said: &clap::Error) -> io::Result<()> {
+    if !said.use_stderr() {
+        return said.print();
+    }
+    let text = said.to_string();
+    let typed = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
+    let safe = typed_on_one_line(&text, typed);
+    let safe = legible(&safe);
+    match safe == text {
+        true => said.print(),
+        false => io::stderr().write_all(safe.as_bytes()),
     }
 }

@@ -126,7 +126,7 @@ impl Args {
             ..Options::default()
         };
         let (junit, summary) = (self.junit.as_deref(), self.summary.as_deref());
-        options.refuse_collisions(junit, summary, self.json)?;
+        options.refuse_collisions(junit, summary, self.parameters.file(), self.json)?;
         let files = ReportFiles::open(junit, summary)?;
         let ready = logs.map_err(Error::from);
         let suite = match ready.and_then(|_| prepare(options, &self.parameters)) {

@@ -261,9 +261,11 @@ impl Args {
         path: &Path,
         name: &str,
         config: &Config,
-        requested: Requested,
+        mut requested: Requested,
         is_alone: bool,
     ) -> Result<Told, Error> {
+        let mounts_from = config.input.mounts_from.as_ref();
+        requested.inputs.extend(mounts_from.map(PathBuf::from));
         let mut truth = requested.arcs.is_some().then(RecordedTruth::default);
         let survey = survey::as_it_is_with(path, config, truth.as_mut())?;
         let log = &survey.log;

@@ -236,8 +236,13 @@ fn open(path: &Path) -> io::Result<Sink> {
     if is_stdout(path) {
         return Ok(Sink::Stdout(BufWriter::new(io::stdout())));
     }
-    // A link keeps pointing where it points: the file behind it is replaced.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    // A link keeps pointing where it points: the file behind it is replaced, or made where there is none yet.
+    let linked = || {
+        let to = fs::read_link(path).ok()?;
+        Some(path.parent()?.join(to))
+    };
+    let target = fs::canonicalize(path).ok().or_else(linked);
+    let target = target.unwrap_or_else(|| path.to_owned());
     match fs::metadata(&target) {
         Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
         Ok(found) if !found.is_file() => {

@@ -17,6 +17,8 @@ fn no_output_takes_the_place_of_an_input() {
         "report {} --config settings -o settings",
         "sweep {} --config settings --gamma 8,10 --csv settings",
         "evaluate {} --truth world -o world",
+        "check {} --golden . --config settings --junit settings",
+        "check {} --golden . --suite settings --summary settings",
         "simulate -o world --world world --waypoints '1,1 2,1'",
     ] {
         let log = log.display().to_string();
@@ -30,6 +32,50 @@ fn no_output_takes_the_place_of_an_input() {
         assert_eq!(bench.bytes("world"), world);
     }
     assert_eq!(bench.files().len(), 2, "{:?}", bench.files());
+}
+
+#[test]
+fn a_path_does_not_take_the_place_of_the_log_that_has_the_mounts() {
+    let bench = Bench::new();
+    let log = fs::read(sample("room_step.mcap")).unwrap();
+    bench.put("mounts.mcap", &log);
+    let run = bench.tmam(
+        &sample("room_step.mcap"),
+        "replay {} --no-causes --set input.mounts_from='mounts.mcap' --path mounts.mcap",
+    );
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("is named twice"), "{}", run.stderr);
+    assert_eq!(bench.bytes("mounts.mcap"), log);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_file_that_is_not_there_yet_keeps_pointing_there() {
+    let bench = Bench::new();
+    std::os::unix::fs::symlink("there.json", bench.path("link.json")).unwrap();
+    let run = bench.tmam(
+        &sample("room_step.mcap"),
+        "replay {} --no-causes --no-recording --features link.json",
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let link = fs::symlink_metadata(bench.path("link.json")).unwrap();
+    assert!(link.is_symlink());
+    assert!(bench.files().contains("there.json"), "{:?}", bench.files());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_typed_makes_no_line_of_its_own_in_an_error_of_usage() {
+    let bench = Bench::new();
+    let run = bench.sh("tmam replay --rule \"$(printf 'x\\n::error::y\\342\\200\\256z')\" q.mcap");
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(
+        run.stderr.contains("possible values: paper, noise-aware"),
+        "{}",
+        run.stderr
+    );
+    assert!(!run.stderr.contains("\n::error::"), "{}", run.stderr);
+    assert!(!run.stderr.contains('\u{202e}'), "{}", run.stderr);
 }
 
 #[cfg(target_os = "linux")]

@@ -46,8 +46,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// Refuses reports in the place of a log, of a golden file, of what is kept of a log, or of each
-    /// other; `json` goes to standard output.
+    /// Refuses reports in the place of a log, of a configuration or suite file, of a golden file, of what is kept of
+    /// a log, or of each other; `json` goes to standard output.
     ///
     /// # Errors
     /// The file that would be destroyed.
@@ -55,6 +55,7 @@ impl Options {
         &self,
         junit: Option<&Path>,
         summary: Option<&Path>,
+        config: Option<&Path>,
         json: bool,
     ) -> Result<(), OutputsError> {
         // A log that is given twice is refused elsewhere, with better words.
@@ -65,7 +66,8 @@ impl Options {
         let pictures = names.iter().filter(|_| self.bless);
         let pictures = pictures.map(|name| picture_of(&golden_file(&self.golden, name)));
         let written: BTreeSet<PathBuf> = golden.chain(kept).chain(pictures).collect();
-        let inputs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
+        let inputs = self.logs.iter().chain(&self.suite).map(PathBuf::as_path);
+        let inputs: Vec<&Path> = inputs.chain(config).collect();
         let outputs = written.iter().map(|path| Some(path.as_path()));
         let json = json.then(|| Path::new("-"));
         let outputs: Vec<Option<&Path>> = outputs.chain([junit, summary, json]).collect();

@@ -5,7 +5,7 @@ use std::fmt;
 use super::facts::Facts;
 use super::sonars::SonarFacts;
 use super::trial::{Attempt, Explained};
-use crate::core::config::Config;
+use crate::core::config::{Config, Method};
 use crate::io::config::file::overridden;
 use crate::io::log::survey::Survey;
 use crate::io::log::traits::MountTraits;
@@ -122,6 +122,11 @@ impl Examined<'_> {
 
     /// What a replay explains with other keys.
     fn explained_with(&self, keys: &str) -> Option<Explained> {
+        // The map of a rival does not say what should have echoed, so that nothing it is tried with outdoes it.
+        let is_rival = self.survey.config.method != Method::Tmam;
+        if is_rival && self.facts.replay.outcome.is_some() {
+            return None;
+        }
         let config: Config = overridden(&self.survey.config, keys).ok()?;
         (self.attempt)(&config)
     }

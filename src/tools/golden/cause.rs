@@ -423,6 +423,15 @@ fn ranges(pairs: &[Pair<'_>]) -> Option<String> {
             format!("of {}", few(&names))
         }
     };
+    let silent = other
+        .iter()
+        .filter(|pair| pair.then.echoes > 0 && pair.now.echoes == 0);
+    let silent: Vec<&Pair<'_>> = silent.copied().collect();
+    if !silent.is_empty() {
+        let echoes: u64 = silent.iter().map(|pair| pair.then.echoes).sum();
+        let names: Vec<String> = silent.iter().map(|pair| pair.name.to_owned()).collect();
+        return Some(format!("echoes {echoes} -> 0 of {}", few(&names)));
+    }
     // Means and spreads, as they were and as they are, with what one offset moves of each.
     let numbers = || {
         other.iter().flat_map(|pair| {
@@ -475,7 +484,13 @@ fn ranges(pairs: &[Pair<'_>]) -> Option<String> {
         said.push(format!("echoes {echoes} -> {now}"));
     }
     let (then, now) = (mean(|pair| pair.then.mean), mean(|pair| pair.now.mean));
-    said.push(format!("mean {then:.4} -> {now:.4} m"));
+    /// A mean that moves by less is where it was, metres.
+    const SAME: f64 = 5e-5;
+    if (now - then).abs() > SAME {
+        said.push(format!("mean {then:.4} -> {now:.4} m"));
+    } else if said.is_empty() {
+        said.push("other ones, with the same mean".to_owned());
+    }
     Some(format!("{}, {who}", said.join(", ")))
 }
 

@@ -477,8 +477,12 @@ impl Comparison {
         of_places.next()
     }
 
-    /// The first frame of a difference; of borderline ones only where there are no others.
+    /// The first frame of the worst place, or else of any difference; of borderline ones only where there are no
+    /// others.
     pub fn first_frame(&self) -> Option<u32> {
+        if let Some([first, _]) = self.worst().and_then(Difference::frames) {
+            return Some(first);
+        }
         let first = |borderline| {
             let of = |one: &&Difference| one.is_borderline() == borderline;
             let frames = self

@@ -72,7 +72,7 @@ pub fn page(reproduction: &Reproduction) -> String {
          them. A reading that is associated counts once.\n\n\
          ## Where the paper's rule comes nearest to the paper's counts\n\n\
          The paper gives neither its noise nor alpha, beta and gamma. Of {} combinations these come nearest, by the \
-         sum of the\nlogarithms of the ratios of the five counts:\n\n{HEAD}",
+         sum of the\nlogarithms of the ratios of the five counts, one added to each:\n\n{HEAD}",
         reproduction.tried
     );
     for trial in &reproduction.nearest {

@@ -45,7 +45,7 @@ pub enum OpenError {
 }
 
 /// What files are that are given for logs, by their first bytes.
-const OTHERS: [(&[u8], &str); 3] = [
+const OTHERS: [(&[u8], &str); 5] = [
     (
         b"#ROSBAG",
         "it is a ROS 1 bag: `mcap convert` makes a log of it",
@@ -57,6 +57,14 @@ const OTHERS: [(&[u8], &str); 3] = [
     (
         b"version https://git-lfs",
         "it is what Git LFS puts in the place of a file: `git lfs pull` fetches the file",
+    ),
+    (
+        b"RRF",
+        "it is a recording for the Rerun viewer: `rerun` opens it, and `tmam diff` compares it; the log that it was made of is wanted",
+    ),
+    (
+        b"{",
+        "it is JSON, as features and golden files are, which `tmam diff` compares; the log that it was made of is wanted",
     ),
 ];
 
