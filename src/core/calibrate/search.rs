@@ -365,25 +365,23 @@ impl Searcher<'_> {
         let Some(before) = standing(&Change::default()) else {
             return Vec::new();
         };
-        let mut gain = |values: &[Estimated]| {
-            let mut change = Change::default();
-            for one in values {
-                change.add(one.parameter, one.value);
-            }
-            Some(standing(&change)?.gain_over(&before))
-        };
         let mut found = far_off(scope, &mut |parameter, value| {
-            gain(&[Estimated {
-                parameter,
-                value,
-                deviation: 0.0,
-            }])
+            let mut change = Change::default();
+            change.add(parameter, value);
+            Some(standing(&change)?.gain_over(&before))
         });
         if is_troubled {
             let scene = now.estimates.scene();
             let mut loudest = of_the_loudest(&scene.echoes(), &scene.mounts);
+            // In clutter some exchange fits a little better, too, but then the log stays troubled.
             for candidate in &mut loudest {
-                let gained = gain(&candidate.values).unwrap_or(0.0);
+                let mut change = Change::default();
+                for one in &candidate.values {
+                    change.add(one.parameter, one.value);
+                }
+                let mended = standing(&change);
+                let mended = mended.filter(|it| it.bits.explained_share() > Some(TROUBLED));
+                let gained = mended.map_or(0.0, |it| it.gain_over(&before));
                 candidate.gain = gained * std::f64::consts::LN_2;
             }
             let best = loudest.into_iter();
