@@ -36,11 +36,12 @@ pub fn closing(
     named: &str,
     written: &[PathBuf],
 ) -> String {
-    let mut text = counts(setting, outcome);
+    let bits = Bits::of(outcome);
+    let mut text = counts(setting, outcome, bits.as_ref());
     text.push_str(&causes(outcome));
     text.push_str(&self::written(written));
     if outcome.causes.as_ref().is_none_or(Vec::is_empty) {
-        text.extend(fitting_neither(outcome, named));
+        text.extend(fitting_neither(outcome, bits.as_ref(), named));
     }
     text
 }
@@ -122,7 +123,7 @@ pub fn problems(log: &Log, setting: &Setting<'_>, outcome: &Outcome) -> String {
 /// What was counted: a name, how many, and what is said of them.
 type CountRow = (&'static str, u64, String);
 
-fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
+fn counts(setting: &Setting<'_>, outcome: &Outcome, bits: Option<&Bits>) -> String {
     let (source, tally) = (setting.source, &outcome.tally);
     let asked = &setting.config.input.sonars;
     let chosen = setting
@@ -195,7 +196,7 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome) -> String {
     for row in [features(outcome), map(setting, outcome)] {
         tell(&mut text, row);
     }
-    let Some(bits) = Bits::of(outcome) else {
+    let Some(bits) = bits else {
         return text;
     };
     if let (Some(share), Some(per_arc)) = (bits.explained_share(), bits.per_arc()) {
@@ -397,6 +398,8 @@ fn counted(counts: &BTreeMap<&'static str, u64>) -> String {
 /// Of the triples that say something, more than this share fits neither model where something is
 /// wrong with poses or mounts.
 const FITTING_NEITHER: f64 = 1.0 / 3.0;
+/// With a map that explains a larger share of the arcs those triples are of changing targets.
+const WELL_EXPLAINED: f64 = 0.95;
 /// Fewer triples than this are no ground for advice.
 const ENOUGH: u64 = 30;
 
@@ -413,13 +416,15 @@ fn without_effect(setting: &Setting<'_>, outcome: &Outcome) -> Option<String> {
 
 /// What to try where readings that follow each other belong to nothing. `named` is the log with the
 /// flags of the configuration, as one types them.
-fn fitting_neither(outcome: &Outcome, named: &str) -> Option<String> {
+fn fitting_neither(outcome: &Outcome, bits: Option<&Bits>, named: &str) -> Option<String> {
+    let explained = bits.and_then(Bits::explained_share);
     let of_reason = |reason| outcome.reasons.get(reason).copied().unwrap_or_default();
     let neither = of_reason("neither");
     let labelled = outcome.labelled("contact") + outcome.labelled("intersection");
     let triples = labelled + neither + of_reason("ambiguous") + of_reason("oblique");
     let scatter = outcome.scattering.overall();
     if triples < ENOUGH
+        || explained.is_some_and(|share| share > WELL_EXPLAINED)
         || neither as f64 <= FITTING_NEITHER * triples as f64
         // What is wrong is the noise, and a note says so.
         || scatter.is_some_and(|scatter| !scatter.is_as_expected())
@@ -438,7 +443,7 @@ fn fitting_neither(outcome: &Outcome, named: &str) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn hint(neither: u64, ambiguous: u64) -> Option<String> {
+    fn hint(neither: u64, ambiguous: u64, explained: u64) -> Option<String> {
         let outcome = Outcome {
             reasons: [
                 ("neither", neither),
@@ -449,7 +454,12 @@ mod tests {
             labels: [("contact", 10)].into(),
             ..Outcome::default()
         };
-        fitting_neither(&outcome, "f.mcap")
+        let bits = Bits {
+            arcs: 100,
+            explained,
+            ..Bits::default()
+        };
+        fitting_neither(&outcome, Some(&bits), "f.mcap")
     }
 
     #[test]
@@ -463,10 +473,11 @@ mod tests {
 
     #[test]
     fn a_third_of_the_triples_that_fit_neither_call_for_a_look_at_clock_and_mounts() {
-        assert_eq!(hint(30, 50), None);
-        assert_eq!(hint(9, 2), None, "too few");
-        let text = hint(60, 50).unwrap();
+        assert_eq!(hint(30, 50, 80), None);
+        assert_eq!(hint(9, 2, 80), None, "too few");
+        let text = hint(60, 50, 80).unwrap();
         assert!(text.contains("50 % of the triples"), "{text}");
         assert!(text.ends_with("\n  tmam calibrate f.mcap\n"), "{text}");
+        assert_eq!(hint(60, 50, 98), None, "targets change");
     }
 }
