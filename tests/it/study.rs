@@ -5,7 +5,7 @@
 //! does not hold what it finds, and puts it there under `TMAM_UPDATE_DOCS=1`.
 
 mod circles;
-mod drives;
+pub mod drives;
 mod methods;
 mod table_one;
 mod tables;

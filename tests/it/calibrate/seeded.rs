@@ -21,11 +21,29 @@ use tmam_replay::tools::simulate::{
     Driving, FalseEchoes, Motion, OdometryNoise, Path, RangeNoise, Ring, Simulation, Untold,
 };
 
+use crate::study::drives::{path_of, world_of};
+
 /// Where the table stands on the page.
 const TABLE: [&str; 2] = ["<!-- seeded: begin -->\n", "<!-- seeded: end -->\n"];
 
 /// The sonar that is wrong.
 const WRONG: SonarId = SonarId(6);
+
+/// The rows that an office has, too.
+const IN_THE_OFFICE: [&str; 12] = [
+    "clean",
+    "drift",
+    "clutter",
+    "yaw 3 deg",
+    "yaw 5 deg",
+    "mount 5 cm",
+    "delay 100 ms",
+    "clock rate 1 %",
+    "range scale 5 %",
+    "range offset 3 cm",
+    "odometry scale 2 %",
+    "beams half as wide",
+];
 
 /// What is wrong with a log.
 #[derive(Debug, Clone, Copy, Default)]
@@ -38,6 +56,8 @@ struct Wrong {
     clutter: bool,
     /// A sonar hears nothing.
     dead: bool,
+    /// In the office of the sample logs instead of the paper's room.
+    office: bool,
 }
 
 fn of(quantity: Quantity) -> Parameter {
@@ -150,15 +170,35 @@ fn cases() -> Vec<(String, Wrong)> {
             cases.push((format!("{name} and {beside}"), wrong));
         }
     }
+    let office = cases
+        .iter()
+        .filter(|(name, _)| IN_THE_OFFICE.contains(&&**name));
+    let office = office.map(|(name, wrong)| {
+        let wrong = Wrong {
+            office: true,
+            ..*wrong
+        };
+        (format!("office: {name}"), wrong)
+    });
+    let office: Vec<_> = office.collect();
+    cases.extend(office);
     cases
 }
 
 fn log(wrong: Wrong, sigma: f64, seed: u64) -> (Log, Config) {
     let clutter = if wrong.clutter { 0.05 } else { 0.0 };
     let simulation = Simulation {
-        world: World::room(),
+        world: if wrong.office {
+            world_of("office")
+        } else {
+            World::room()
+        },
         diffuse: 0.0,
-        path: Path::room(),
+        path: if wrong.office {
+            path_of("office")
+        } else {
+            Path::room()
+        },
         motion: Motion::Driving(Driving::default()),
         ring: Ring::default(),
         range_noise: RangeNoise {

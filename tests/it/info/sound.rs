@@ -6,7 +6,8 @@ use serde_json::Value;
 use super::{changed, put, told};
 use crate::support::Bench;
 
-/// A room with a wall and a post in it, and one that is long and narrow: the way through each.
+/// A room with a wall and a post in it, and one that is long and narrow: the way through each. None turns by half a
+/// circle from one stop to the next, as a heading that is reset does.
 const ROOMS: [(&str, &str); 2] = [
     (
         r#"{"walls": [[0,0,6,0],[6,0,6,4],[6,4,0,4],[0,4,0,0],[2.5,1.8,3.5,1.8]], "points": [[1,3]]}"#,
@@ -14,7 +15,7 @@ const ROOMS: [(&str, &str); 2] = [
     ),
     (
         r#"{"walls": [[0,0,9,0],[9,0,9,2],[9,2,5,2],[5,2,5,4],[5,4,3,4],[3,4,3,2],[3,2,0,2],[0,2,0,0]]}"#,
-        "1,1 8,1 4,1 4,3 4,1 1,1",
+        "1,1 8,1 8,0.8 4,0.8 4,3 4.2,3 4.2,0.8 1,0.8",
     ),
 ];
 
@@ -88,7 +89,8 @@ fn of_250_sound_logs_nothing_serious_is_said_and_no_cause() {
                 assert!(wrong.is_empty());
                 return;
             }
-            let noise = ["0.003", "0.01", "0", "0.005"][(seed + round) % 4];
+            // Without any, steps and walls at whole centimetres make ranges that come in steps, too.
+            let noise = ["0.003", "0.01", "0.001", "0.005"][(seed + round) % 4];
             let options = format!("{motion} --sonars {sonars} --noise {noise} --seed {seed}");
             let said = said_of_sound(round % 3, &options);
             if !said.is_empty() {

@@ -220,11 +220,11 @@ fn sample_text(name: &str) -> String {
     std::fs::read_to_string(crate::support::sample(name)).unwrap()
 }
 
-fn world_of(sample: &str) -> World {
+pub fn world_of(sample: &str) -> World {
     World::from_json(&sample_text(&format!("{sample}.world.json"))).unwrap()
 }
 
-fn path_of(sample: &str) -> Path {
+pub fn path_of(sample: &str) -> Path {
     sample_text(&format!("{sample}.waypoints")).parse().unwrap()
 }
 
