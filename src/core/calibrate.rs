@@ -14,3 +14,4 @@ pub mod parameter;
 mod ranges;
 pub mod search;
 mod seen;
+mod stretched;

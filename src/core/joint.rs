@@ -133,6 +133,8 @@ pub struct JointEstimate {
     pub features_given_path: Vec<MapFeature>,
     /// By how much odometry is too short, of distance and of rotation, as shares.
     pub scales: [f64; 2],
+    /// Their standard deviations.
+    pub scale_sigmas: [f64; 2],
     /// What was seen again after the robot was elsewhere, in the order in which it was found out.
     pub closures: Vec<Closure>,
     /// Features of the replay that turned out to be others, and are gone.
@@ -316,6 +318,11 @@ fn estimate_by(
         features: solved.joint(&features_given_path, &shared, &solver),
         features_given_path,
         scales: solved.fitted.unknowns.scales.into(),
+        scale_sigmas: [0, 1].map(|at| {
+            shared
+                .get((at, at))
+                .map_or(0.0, |variance| variance.max(0.0).sqrt())
+        }),
         closures,
         absorbed,
         odom_from_sensor: (evidence.arcs.iter())

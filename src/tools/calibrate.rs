@@ -105,7 +105,7 @@ fn rows(search: &Search) -> Vec<Row> {
             let gain = match cause {
                 Some(cause) => {
                     let [before, after] = &cause.standings;
-                    after.gain_over(before) / arcs
+                    after.gain_over(before).max(0.0) / arcs
                 }
                 None => candidate.as_ref().map_or(0.0, |found| found.gain.max(0.0)) * LOG2_E / arcs,
             };

@@ -7,6 +7,7 @@ use super::change::Change;
 use super::far_off::{Scope, far_off};
 use super::mistaken::{self, mistaken, of_the_loudest};
 use super::parameter::{Parameter, Quantity, Whose};
+use super::stretched::Stretched;
 use crate::core::bits::Bits;
 use crate::core::config::{Config, Poses};
 use crate::core::event::OdometrySample;
@@ -29,8 +30,9 @@ const OF_CHOICE: f64 = 1.0;
 const LEAST_GAIN_OF_ALL: f64 = 0.04;
 /// The same where poses are estimated: a path that settles otherwise gains up to 0.35 by chance.
 const LEAST_GAIN_OF_A_PATH: f64 = 0.4;
-/// A candidate with such a share of the gain of the best explains the log as well.
+/// A candidate with such a share of the gain of the best explains the log as well; of the same sonar one with less does.
 const AS_WELL: f64 = 0.9;
+const OF_THE_SAME: f64 = 0.8;
 /// A value of which the log wants such a share back is none.
 const TAKEN_BACK: f64 = 0.5;
 /// A candidate that is likelier by such a share of what the first one is explains the same trouble.
@@ -56,11 +58,12 @@ const SOUND_CHI2: f64 = 1.2;
 /// A path at which more than this is explained is what was off.
 const WELL: f64 = 0.95;
 
-/// A path is corrected by less of a share by chance.
-const LEAST_TOO_SHORT: f64 = 0.01;
-
 /// What leaves more than half of a log unexplained is not what was off.
 const HALF: f64 = 0.5;
+/// Nor do least squares tell of one sonar where not so much is explained.
+const MOSTLY: f64 = 0.85;
+/// A range scale that is off by more is found by other means.
+const FAR_OFF: f64 = 0.2;
 
 /// How much is tried, at most: by work and not by time, so that the same log gives the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,6 +107,9 @@ pub struct Cause {
     pub standings: [Standing; 2],
     /// What explains the log as well, tried as well.
     pub rivals: Vec<Vec<Estimated>>,
+    /// Shares of the arcs that odometry's own poses explain, without it and with it, where an estimated path makes up
+    /// for it.
+    pub by_odometry: Option<[f64; 2]>,
 }
 
 /// A log held against its configuration.
@@ -130,8 +136,8 @@ struct Tried {
     estimates: Estimates,
     /// The corrected path, where poses were estimated.
     path: Option<Vec<OdometrySample>>,
-    /// By what share odometry's distances are too short by that path.
-    too_short: f64,
+    /// What that path says of odometry.
+    stretched: Option<Stretched>,
 }
 
 /// What changes are tried on.
@@ -191,14 +197,9 @@ fn corrected(replay: &Replay<'_>, outcome: &Outcome) -> Option<Vec<OdometrySampl
     Some(corrected.collect())
 }
 
-/// By what share a corrected path has odometry's distances too short.
-fn too_short(outcome: &Outcome) -> f64 {
-    outcome.joint().map_or(0.0, |joint| joint.scales[0])
-}
-
-fn is_of_one_sonar(group: &[Parameter]) -> bool {
+fn is_of_one_sonar<'a>(group: impl IntoIterator<Item = &'a Parameter>) -> bool {
     let is_one = |parameter: &Parameter| matches!(parameter, Parameter::Sonar(Whose::One(_), _));
-    group.iter().all(is_one)
+    group.into_iter().all(is_one)
 }
 
 /// Looks for what is off. `replay` and `outcome` are those of the log as configured.
@@ -217,7 +218,7 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
         standing: first,
         estimates: Estimates::new(replay, outcome),
         path: corrected(replay, outcome),
-        too_short: too_short(outcome),
+        stretched: outcome.joint().map(Stretched::of),
     };
     let mut causes = Vec::new();
     while causes.len() < MOST_CAUSES {
@@ -229,6 +230,12 @@ pub fn search(replay: &Replay<'_>, outcome: &Outcome, effort: Effort) -> Search 
             searcher.is_cut_short |= searcher.is_spent();
             break;
         };
+        causes.push(cause);
+        now = then;
+    }
+    while causes.len() < MOST_CAUSES
+        && let Some((cause, then)) = searcher.made_up_for(&now)
+    {
         causes.push(cause);
         now = then;
     }
@@ -306,7 +313,7 @@ impl Searcher<'_> {
             standing: Standing::of(outcome),
             estimates: Estimates::new(replay, outcome),
             path: corrected(replay, outcome),
-            too_short: too_short(outcome),
+            stretched: outcome.joint().map(Stretched::of),
         })
     }
 
@@ -314,7 +321,8 @@ impl Searcher<'_> {
     /// drift: what the poses of odometry say stands between.
     fn candidates(&mut self, now: &Tried) -> Vec<Candidate> {
         let mut both = self.far_off(now);
-        both.extend(of_path(now));
+        let arcs = now.standing.bits.arcs as f64;
+        both.extend(now.stretched.iter().flat_map(|path| path.candidates(arcs)));
         let first = candidates_of(&now.estimates);
         let share = now.standing.bits.explained_share();
         if now.path.is_none() || share.is_some_and(|share| share > WELL) {
@@ -428,7 +436,7 @@ impl Searcher<'_> {
             };
             let values = found.values(&group, now);
             if gain > self.least(&group, at, [now, &found])
-                && explains_more(&group, &now.standing.bits, &found.standing.bits)
+                && explains_more(&values, &now.standing.bits, &found.standing.bits)
                 && are_clear(&values, found.estimates.seconds)
                 && found.bears_out(&values)
             {
@@ -464,7 +472,7 @@ impl Searcher<'_> {
             }
             let ground = held.as_ref().unwrap_or(&as_it_is);
             if let Some((found, gain)) = self.settled(now, ground, &candidate)
-                && gain > AS_WELL * most
+                && gain > OF_THE_SAME * most
             {
                 rivals.push(found.values(&other, now));
             }
@@ -474,9 +482,48 @@ impl Searcher<'_> {
                 values: best.values(&group, now),
                 standings: [now.standing, best.standing],
                 rivals,
+                by_odometry: None,
             },
             best,
         ))
+    }
+
+    /// A scale of odometry that the estimated path makes up for.
+    fn made_up_for(&mut self, now: &Tried) -> Option<(Cause, Tried)> {
+        let path = now.stretched?;
+        let ground = self.ground(now);
+        for scale in path.off() {
+            let mut mended: Vec<(Estimated, Tried)> = Vec::new();
+            for one in Stretched::stands_for(&scale) {
+                let mut change = Change::default();
+                change.add(one.parameter, one.value);
+                let found = self.tried(now, &ground, &change);
+                let is_mended = |found: &Tried| match &found.stretched {
+                    Some(later) => path.is_mended_in(later, &scale),
+                    None => found.standing.bits.explained_share() > Some(path.explained),
+                };
+                mended.extend(found.filter(is_mended).map(|found| (one, found)));
+            }
+            // One with which odometry stands as it is is likelier.
+            if mended.iter().any(|(_, found)| found.path.is_none()) {
+                mended.retain(|(_, found)| found.path.is_none());
+            }
+            let mut mended = mended.into_iter();
+            if let Some((value, found)) = mended.next() {
+                let explained = match &found.stretched {
+                    Some(later) => later.explained,
+                    None => found.standing.bits.explained_share()?,
+                };
+                let cause = Cause {
+                    values: vec![value],
+                    standings: [now.standing, found.standing],
+                    rivals: mended.map(|(rival, _)| vec![rival]).collect(),
+                    by_odometry: Some([path.explained, explained]),
+                };
+                return Some((cause, found));
+            }
+        }
+        None
     }
 
     /// What a cause must gain, bits.
@@ -544,14 +591,24 @@ impl Searcher<'_> {
     }
 }
 
-/// Whether a log is explained better, and what all sonars share mends enough of one that stays troubled.
-fn explains_more(group: &[Parameter], before: &Bits, after: &Bits) -> bool {
+/// Whether a log is explained better, and enough so of one that stays troubled: there a wrong map leads least squares
+/// astray. Beams and ranges that are far off are not found by these.
+fn explains_more(values: &[Estimated], before: &Bits, after: &Bits) -> bool {
     let (Some(before), Some(after)) = (before.explained_share(), after.explained_share()) else {
         return false;
     };
-    let is_enough = after > TROUBLED
-        || is_of_one_sonar(group)
-        || after - before >= TOLD_OF_TROUBLE * (1.0 - before);
+    let is_fitted = |one: &Estimated| match one.parameter {
+        Parameter::Sonar(_, Quantity::Yaw | Quantity::BeamWidth) => false,
+        Parameter::Sonar(_, Quantity::RangeScale) => one.value.abs() < FAR_OFF,
+        _ => true,
+    };
+    let is_one = is_of_one_sonar(values.iter().map(|one| &one.parameter));
+    let least = match is_one {
+        true if values.iter().all(is_fitted) => MOSTLY,
+        true => HALF,
+        false => TROUBLED,
+    };
+    let is_enough = after > least || after - before >= TOLD_OF_TROUBLE * (1.0 - before);
     after > HALF && after >= before && is_enough
 }
 
@@ -562,29 +619,6 @@ fn candidates_of(estimates: &Estimates) -> Vec<Candidate> {
     all.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     all.extend(estimates.candidates());
     all
-}
-
-/// What a path that was corrected by a share everywhere stands for: an odometry that is too short by it, or ranges that
-/// are too long.
-fn of_path(now: &Tried) -> Vec<Candidate> {
-    if now.too_short.abs() < LEAST_TOO_SHORT {
-        return Vec::new();
-    }
-    let ranges = Parameter::Sonar(Whose::All, Quantity::RangeScale);
-    let both = [
-        (Parameter::OdometryScale, now.too_short),
-        (ranges, 1.0 / (1.0 + now.too_short) - 1.0),
-    ];
-    let gain = now.standing.bits.arcs as f64;
-    both.map(|(parameter, value)| Candidate {
-        values: vec![Estimated {
-            parameter,
-            value,
-            deviation: 0.0,
-        }],
-        gain,
-    })
-    .to_vec()
 }
 
 impl Tried {

@@ -398,3 +398,30 @@ fn a_turned_sonar_is_found_although_odometry_drifts() {
     assert_eq!(yaw.parameter, of(Quantity::Yaw));
     assert!((yaw.value.to_degrees() + 5.0).abs() < 1.0, "{yaw:?}");
 }
+
+#[test]
+fn a_scale_of_odometry_that_drifts_is_told_although_the_path_makes_up_for_it() {
+    let short = Wrong {
+        value: Some((Parameter::OdometryScale, 0.02)),
+        drift: true,
+        ..Wrong::default()
+    };
+    let (log, config) = log(short, 0.003, 2);
+    let replay = Replay::new(&log, &config).unwrap();
+    let outcome = replay.run(&mut []).unwrap();
+    let found = search(&replay, &outcome, Effort::AFTER_REPLAY);
+    let [cause] = found.causes.as_slice() else {
+        panic!("{:?}", found.causes);
+    };
+    let [scale] = cause.values.as_slice() else {
+        panic!("{cause:?}");
+    };
+    assert_eq!(scale.parameter, Parameter::OdometryScale);
+    let off = scale.value - (1.0 / 1.02 - 1.0);
+    assert!(
+        off.abs() < 3.0 * scale.deviation && scale.deviation < 0.005,
+        "{scale:?}"
+    );
+    let [before, after] = cause.by_odometry.unwrap();
+    assert!(after > before + 0.05, "{before} {after}");
+}
