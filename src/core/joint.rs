@@ -66,10 +66,12 @@ const DECISIVE: f64 = 2.7;
 /// is explained are asked.
 const LEAST_EXPLAINED: f64 = 0.3;
 
-/// Of the arcs that are explained, the share that may be so no longer: features that were there twice
-/// explained some that none explains now, and by which short pieces a map has three in a hundred come and go. A loop that
-/// is closed wrongly costs a fifth.
+/// Of the arcs that are explained beyond chance, the share that may be so no longer: by which short pieces a map has
+/// three in a hundred come and go. A loop that is closed wrongly costs a fifth.
 const SHARE_LOST: f64 = 0.05;
+
+/// Ranges that are off by so much are explained by chance, metres.
+const ASTRAY: f64 = 0.3;
 
 /// Rounds of merging after which it ends in any case.
 const MAX_ROUNDS: usize = 8;
@@ -141,8 +143,17 @@ pub struct JointEstimate {
     pub absorbed: Vec<u32>,
     /// Each arc's sensor as odometry has it.
     pub odom_from_sensor: BTreeMap<ArcId, Pose2>,
-    /// Share of the arcs that the map explains, at the poses of odometry and at these.
-    pub explained: [f64; 2],
+    /// The arcs that the map explains, at the poses of odometry and at these.
+    pub explained: [Explained; 2],
+}
+
+/// The share of arcs that a map explains.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Explained {
+    /// Of all arcs.
+    pub share: f64,
+    /// Of arcs whose ranges are off: a map in which walls are there twice explains more by chance.
+    by_chance: f64,
 }
 
 /// Why the poses stay those of odometry.
@@ -180,8 +191,8 @@ pub enum OdometryKept {
     LittleExplained(f64),
     /// What comes out explains less.
     #[error(
-        "corrected poses explain {:.1} % of the arcs, odometry {:.1} %: something was taken for something else",
-        100.0 * after, 100.0 * before
+        "corrected poses explain {:.1} % of the arcs beyond chance, odometry {:.1} %: something was taken for something \
+         else", 100.0 * after, 100.0 * before
     )]
     ExplainsLess {
         /// Share of arcs at the poses of odometry.
@@ -241,8 +252,11 @@ pub fn estimate(
 ) -> Result<JointEstimate, OdometryKept> {
     let of = |arcs| estimate_by(arcs, evidence, extractions, map, start, config);
     match of(evidence.arcs.to_vec()) {
-        Err(OdometryKept::LittleExplained(_)) if !evidence.hardly.is_empty() => {
-            of(evidence.believed())
+        Err(little @ OdometryKept::LittleExplained(_)) if !evidence.hardly.is_empty() => {
+            match of(evidence.believed()) {
+                Err(OdometryKept::TooLittle { .. }) => Err(little),
+                found => found,
+            }
         }
         found => found,
     }
@@ -305,11 +319,12 @@ fn estimate_by(
         let arcs = solver.corrected(arcs, &path, 1.0);
         explained(&features_given_path, &arcs, config)
     };
-    let of_believed = explained_of(&solver.arcs);
+    let of_believed = explained_of(&solver.arcs).share;
     if of_believed < LEAST_EXPLAINED {
         return Err(OdometryKept::LittleExplained(of_believed));
     }
-    let after = explained_of(evidence.arcs);
+    let explained = [before, explained_of(evidence.arcs)];
+    let [before, after] = explained.map(|it| it.beyond_chance());
     if after < before * (1.0 - SHARE_LOST) {
         return Err(OdometryKept::ExplainsLess { before, after });
     }
@@ -328,7 +343,7 @@ fn estimate_by(
         odom_from_sensor: (evidence.arcs.iter())
             .map(|arc| (arc.id, arc.world_from_sensor))
             .collect(),
-        explained: [before, after],
+        explained,
     })
 }
 
@@ -353,14 +368,28 @@ fn is_told(config: &Config) -> bool {
     told != Drift::NONE
 }
 
-/// The share of arcs that a map explains.
-pub fn explained(map: &[MapFeature], arcs: &[Arc], config: &Config) -> f64 {
+/// The arcs that a map explains.
+pub fn explained(map: &[MapFeature], arcs: &[Arc], config: &Config) -> Explained {
     let reach = Reach::of(config.map.max_wall_gap);
     let prediction = MapPrediction::new(map, &reach);
-    let explained = arcs
-        .iter()
-        .filter(|arc| !prediction.associate(arc).all().is_empty());
-    explained.count() as f64 / arcs.len().max(1) as f64
+    let share = |off: f64| {
+        let explained = arcs.iter().filter(|arc| {
+            let range = arc.range + off;
+            prediction.residual(&Arc { range, ..**arc }).is_some()
+        });
+        explained.count() as f64 / arcs.len().max(1) as f64
+    };
+    Explained {
+        share: share(0.0),
+        by_chance: (share(ASTRAY) + share(-ASTRAY)) / 2.0,
+    }
+}
+
+impl Explained {
+    /// What is explained beyond chance, as a share of all arcs.
+    fn beyond_chance(&self) -> f64 {
+        self.share - self.by_chance
+    }
 }
 
 impl<'a> Solver<'a> {

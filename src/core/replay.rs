@@ -312,15 +312,19 @@ impl<'a> Replay<'a> {
         if asked != (Method::Tmam, Rule::NoiseAware, Poses::Joint) {
             return SettledPoses::default();
         }
+        // Rough walls that are seen at an angle say nothing of poses.
+        let mut plain = config.clone();
+        plain.noise_aware.oblique_walls = false;
+        let as_shown = |pass| (plain == *config).then_some(pass);
         let mut before: Option<JointEstimate> = None;
         for number in 1.. {
-            let pass = self.pass(before.as_ref().map(|joint| &joint.path));
+            let pass = self.pass(before.as_ref().map(|joint| &joint.path), &plain);
             let mut found = match self.estimate(&pass, before.as_ref()) {
                 Ok(found) => found,
                 Err(kept) => {
                     return SettledPoses {
                         found: Some(Err(kept)),
-                        replayed: before.is_none().then_some(pass),
+                        replayed: as_shown(pass).filter(|_| before.is_none()),
                     };
                 }
             };
@@ -332,7 +336,7 @@ impl<'a> Replay<'a> {
                 found.path.world_from_robot.clone_from(settled);
                 return SettledPoses {
                     found: Some(Ok(found)),
-                    replayed: Some(pass),
+                    replayed: as_shown(pass),
                 };
             }
             if number == MOST_PASSES {
@@ -347,8 +351,8 @@ impl<'a> Replay<'a> {
     }
 
     /// A replay that nobody sees.
-    fn pass(&self, path: Option<&CorrectedPath>) -> Pass {
-        let mut tmam = Tmam::new(&self.config);
+    fn pass(&self, path: Option<&CorrectedPath>, config: &Config) -> Pass {
+        let mut tmam = Tmam::new(config);
         let frames = self.frames_at(path);
         Pass {
             steps: frames.iter().map(|frame| tmam.step(frame)).collect(),

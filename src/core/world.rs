@@ -348,6 +348,25 @@ impl World {
         &self.pillars
     }
 
+    /// The same world in another frame.
+    pub fn moved(&self, other_from_world: &Pose2) -> Self {
+        let there = |place: Vec2| other_from_world.transform(place);
+        let walls = self.walls.iter().map(|wall| Wall {
+            start: there(wall.start),
+            end: there(wall.end),
+            ..*wall
+        });
+        let pillars = self.pillars.iter().map(|pillar| Pillar {
+            center: there(pillar.center),
+            ..*pillar
+        });
+        Self {
+            walls: walls.collect(),
+            points: self.points.iter().copied().map(there).collect(),
+            pillars: pillars.collect(),
+        }
+    }
+
     /// The world with some of its walls diffuse, by their indices.
     ///
     /// # Errors

@@ -145,8 +145,8 @@ impl Poses {
                 heading: rounded(joint.path.drift.heading),
                 turn: rounded(joint.path.drift.turn),
             },
-            explained_before: rounded(joint.explained[0]),
-            explained: rounded(joint.explained[1]),
+            explained_before: rounded(joint.explained[0].share),
+            explained: rounded(joint.explained[1].share),
             closures: closures.collect(),
         })
     }

@@ -233,12 +233,12 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
     // Writing into a string cannot fail.
     let _ = writeln!(
         text,
-        "{:<10} corrected, the last one by {:.2} m (sigma {sigma:.3} m): {:.1} % of the arcs fit the features estimated with them, \
-         {:.1} % fitted those of odometry",
+        "{:<10} corrected, the last one by {:.2} m (sigma {sigma:.3} m): {:.1} % of the arcs are explained by the features estimated \
+         with them, {:.1} % were by those of odometry",
         "poses",
         joint.path.end_correction(),
-        100.0 * joint.explained[1],
-        100.0 * joint.explained[0],
+        100.0 * joint.explained[1].share,
+        100.0 * joint.explained[0].share,
     );
     let Drift {
         distance,
@@ -266,8 +266,12 @@ fn tell_joint(text: &mut String, joint: &JointEstimate) {
     }
     let closures = joint.closures.len() as u64;
     if closures > 0 {
-        let features = plural(closures, "feature");
-        let _ = writeln!(text, "{:<10} {features} seen again after others", "");
+        let loops = plural(closures, "loop");
+        let _ = writeln!(
+            text,
+            "{:<10} {loops} closed: what was seen again was in the map already",
+            ""
+        );
     }
 }
 
@@ -303,7 +307,7 @@ fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
             let count = hearing.oblique;
             (count > 0).then(|| format!("{count}{}", beam.unwrap_or_default()))
         });
-        let what = format!("arcs of rough walls at an angle: {}", of_sonars.join(", "));
+        let what = format!("heard from rough walls at an angle: {}", of_sonars.join(", "));
         rows.push(("oblique", oblique, what));
     }
     if setting.config.method != Method::Tmam || setting.config.rule == Rule::Paper {

@@ -33,7 +33,7 @@ impl Stretched {
                 of(Parameter::OdometryScale, 0),
                 of(Parameter::OdometryTurnScale, 1),
             ],
-            explained: joint.explained[0],
+            explained: joint.explained[0].share,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use toml_writer::{ToTomlKey, TomlKeyBuilder};
 
-use Bounds::{Above, Any, AtLeast, Between, Either};
+use Bounds::{Above, Any, AtLeast, Between, Either, From};
 use Unit::{Degrees, Plain};
 
 /// How a value is written in the file.
@@ -25,6 +25,8 @@ pub enum Bounds {
     Above(f64),
     /// Not below.
     AtLeast(f64),
+    /// Not below the first and not above the second.
+    From(f64, f64),
     /// One of the two.
     Either(f64, f64),
 }
@@ -99,9 +101,9 @@ pub const KEYS: &[Key] = &[
     key("noise.sigma_abs", Plain, Above(0.0), "m; where a message gives no variance; default: measured from the ranges"),
     key("noise.sigma_rel", Plain, AtLeast(0.0), "fraction of the range, added in squares"),
     key("noise.sigma_pose", Plain, AtLeast(0.0), "m; how far odometry and clock put a sensor off from reading to reading"),
-    key("noise.odometry_distance", Plain, AtLeast(0.0), "m that odometry is off after a metre; default: found from the ranges"),
-    key("noise.odometry_heading", Degrees, AtLeast(0.0), "deg that its heading is off after a metre; default: found"),
-    key("noise.odometry_turn", Degrees, AtLeast(0.0), "deg that its heading is off after turning by a radian; default: found"),
+    key("noise.odometry_distance", Plain, From(0.0, 0.5), "m that odometry is off after a metre; default: found from the ranges"),
+    key("noise.odometry_heading", Degrees, From(0.0, 28.0), "deg that its heading is off after a metre; default: found"),
+    key("noise.odometry_turn", Degrees, From(0.0, 28.0), "deg that its heading is off after turning by a radian; default: found"),
 
     key("opinion.gate", Plain, Between(0.0, 1000.0), "chi2 below which a line or a point explains a triple"),
     key("opinion.decisive", Plain, AtLeast(0.0), "lead in chi2 of line over point, or the other way, that decides"),
@@ -211,6 +213,7 @@ impl Bounds {
                 Self::Between(low, high) => value > low && value < high,
                 Self::Above(low) => value > low,
                 Self::AtLeast(low) => value >= low,
+                Self::From(low, high) => (low..=high).contains(&value),
                 Self::Either(one, other) => value == one || value == other,
             }
     }
@@ -223,6 +226,7 @@ impl std::fmt::Display for Bounds {
             Self::Between(low, high) => write!(f, "above {low} and below {high}"),
             Self::Above(low) => write!(f, "above {low}"),
             Self::AtLeast(low) => write!(f, "at least {low}"),
+            Self::From(low, high) => write!(f, "from {low} to {high}"),
             Self::Either(one, other) => write!(f, "{one} or {other}"),
         }
     }

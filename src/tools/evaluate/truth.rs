@@ -168,6 +168,19 @@ pub struct Truth {
     poses: Vec<OdometrySample>,
 }
 
+/// Where odometry has the world at the first reading of a part of a log: it has drifted until then. `None` of a whole
+/// log, whose first pose fixes the world, and where the true poses are not known.
+fn at_the_start_of_a_part(replay: &Replay<'_>, poses: &[OdometrySample]) -> Option<Pose2> {
+    replay.config().input.start?;
+    let first = replay.readings().next()?.stamp_ns;
+    let at = |samples| {
+        let track = Track::new(samples, &replay.config().frames);
+        track.world_from_robot(first).ok()
+    };
+    let odom_from_robot: Pose2 = at(&replay.log().events.odometry)?;
+    Some(odom_from_robot.compose(&at(poses)?.inverse()))
+}
+
 impl Truth {
     /// The truth about a log: what it carries itself, or else the echo model in a `given` world.
     ///
@@ -202,15 +215,20 @@ impl Truth {
         let world = given
             .or_else(|| own.cloned())
             .ok_or_else(|| TruthError::None { file: file.clone() })?;
-        let world = if is_own { world } else { survey::whole(&world) };
+        let mut world = if is_own { world } else { survey::whole(&world) };
+        let poses = recorded.poses().iter().map(|pose| (*pose).into());
+        let mut poses: Vec<OdometrySample> = poses.collect();
+        poses.sort_by_key(|pose| pose.stamp_ns);
+        if let Some(odom_from_world) = at_the_start_of_a_part(replay, &poses) {
+            world = world.moved(&odom_from_world);
+        }
         let mut truth = Self {
             recorded: BTreeMap::new(),
             agreeing_range,
             seen: BTreeMap::new(),
             world,
-            poses: recorded.poses().iter().map(|pose| (*pose).into()).collect(),
+            poses,
         };
-        truth.poses.sort_by_key(|pose| pose.stamp_ns);
         if is_own {
             truth.take_recorded(replay, recorded)?;
         }
