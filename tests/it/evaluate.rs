@@ -382,7 +382,7 @@ fn rough_walls_at_an_angle_are_told_as_such_and_give_no_false_line() {
     let run = bench.tmam(&log, "replay {} --trace t.jsonl");
     assert!(
         run.stdout
-            .contains("arcs of rough walls at an angle: sonar_01 "),
+            .contains("heard from rough walls at an angle: sonar_01 "),
         "{}",
         run.stdout
     );
