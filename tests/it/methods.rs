@@ -48,12 +48,62 @@ fn found(simulated: &str, asked: &str) -> Found {
 /// All six walls, and all six points, are missed.
 const ALL: [u64; 6] = [0, 1, 2, 3, 4, 5];
 
+/// Way-points of circles whose middle goes through the room once: 0.3 m and a turn of 14 degrees from one to the next.
+fn circles() -> String {
+    let turn = 14_f64.to_radians();
+    let radius = 0.15 / libm::sin(turn / 2.0);
+    let steps = 72 * 360 / 14;
+    let place = |step: i32| {
+        // From the lower part of the room up, and along the upper part to the right.
+        let way = 6.5 * f64::from(step) / f64::from(steps);
+        let middle = (2.0 + (way - 2.1).max(0.0), 1.4 + way.min(2.1));
+        let bearing = turn * f64::from(step);
+        let (x, y) = (
+            middle.0 + radius * libm::cos(bearing),
+            middle.1 + radius * libm::sin(bearing),
+        );
+        format!("{x:.4},{y:.4}")
+    };
+    (0..=steps).map(place).collect::<Vec<_>>().join(" ")
+}
+
 #[test]
-fn two_measurements_fail_where_tangent_and_crossing_exist() {
-    // Its sonars face walls and drive straight: their arcs have a common tangent and a crossing.
-    let found = found("", "--method two-measurement");
-    assert_eq!(found.features, [0, 0]);
-    assert!(found.reasons["ambiguous"] > 900, "{:?}", found.reasons);
+fn two_measurements_tell_walls_and_points_by_the_turn_between_them() {
+    // Inside of a curve a sonar turns after what it passes, and both beams hold a crossing without the tangent; outside
+    // of it it turns away, and they hold the tangent without the crossing.
+    let path = circles();
+    let curves = found(
+        &format!("--step 0.3 --waypoints '{path}'"),
+        "--method two-measurement",
+    );
+    assert_eq!(curves.missed, [Vec::<u64>::new(), Vec::new()]);
+    assert!(
+        curves.off.iter().all(|off| *off < 0.001),
+        "{:?}",
+        curves.off
+    );
+    // Two readings of two targets may have a radius, too.
+    assert_eq!(curves.features[1], 6);
+
+    // On a ring that turns on the spot every sonar turns away.
+    let ring = found(
+        "--step 0.6 --scan 10 --ring-radius 0.5",
+        "--method two-measurement",
+    );
+    assert!(
+        ring.missed[0].is_empty() && ring.missed[1].len() >= 5,
+        "{:?}",
+        ring.missed
+    );
+
+    // Straight on, arcs have the tangent and the crossing.
+    let straight = found("", "--method two-measurement");
+    assert_eq!(straight.features, [0, 0]);
+    assert!(
+        straight.reasons["ambiguous"] > 900,
+        "{:?}",
+        straight.reasons
+    );
 }
 
 #[test]
@@ -66,11 +116,14 @@ fn tbf_finds_the_six_points_and_walls_that_it_passes() {
 }
 
 #[test]
-fn atm_finds_points_that_were_seen_from_far_apart_and_no_wall() {
-    let found = found("", "--method atm");
-    // Point 0 is where the loop begins and ends: no window of scans holds it from far enough apart.
-    assert_eq!(found.missed, [ALL.to_vec(), vec![0]]);
-    assert!(found.off[1] < 0.005, "{:?}", found.off);
+fn atm_finds_the_six_points_where_they_are_seen_from_far_apart_and_no_wall() {
+    let twice = found("--laps 2", "--method atm");
+    assert_eq!(twice.missed, [ALL.to_vec(), Vec::new()]);
+    assert_eq!(twice.features, [0, 6]);
+    assert!(twice.off[1] < 0.005, "{:?}", twice.off);
+    // Of a single lap, which begins and ends at point 0, no window of scans holds that from far enough apart.
+    let once = found("", "--method atm");
+    assert_eq!(once.missed, [ALL.to_vec(), vec![0]]);
 }
 
 #[test]
@@ -205,6 +258,104 @@ fn two_methods_are_compared_on_one_log() {
     assert!(!diff["differences"].as_array().unwrap().is_empty());
     let same = bench.sh("tmam diff log.mcap --method tbf --set-b map.gate=25");
     assert_eq!(same.code, 0, "{}", same.stdout);
+}
+
+#[test]
+#[cfg(feature = "viewer")]
+fn the_recording_of_two_methods_holds_both_maps_and_what_differs() {
+    let bench = Bench::new();
+    bench.sh("tmam simulate -o log.mcap --noise 0.003");
+    let diff = "tmam diff log.mcap --method-a tmam --method-b tbf";
+    let run = bench.sh(&format!("{diff} -o out.rrd --show 999"));
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let told: Value = serde_json::from_str(&bench.sh(&format!("{diff} --json")).stdout).unwrap();
+    let of_map = told["differences"].as_array().unwrap().iter();
+    let of_map: Vec<&Value> = of_map.filter(|one| one["kind"] == "map").collect();
+    assert!(of_map.len() > 10, "{of_map:?}");
+    for one in &of_map {
+        let text = one["text"].as_str().unwrap();
+        assert!(run.stdout.contains(text), "{text}\n{}", run.stdout);
+    }
+
+    let recorded = bench.bytes("out.rrd");
+    let Drawn { dots, strips } = Drawn::at_the_end(&recorded);
+    for (method, at) in [("tmam", "/world/golden/"), ("tbf", "/world/map/")] {
+        bench.sh(&format!(
+            "tmam replay log.mcap --method {method} --no-recording --features {method}.json"
+        ));
+        let map = bench.json(&format!("{method}.json"))["map"].clone();
+        let points = map["points"].as_array().unwrap();
+        let [points_at, lines_at] = ["points", "lines"].map(|of| format!("{at}{of}"));
+        let there: Vec<&[f32; 2]> = under(&dots, &points_at).flatten().collect();
+        assert_eq!(there.len(), points.len(), "{method}");
+        for (point, [x, y]) in points.iter().zip(there) {
+            let is_near = |axis: &str, there: &f32| {
+                (point[axis].as_f64().unwrap() - f64::from(*there)).abs() < 1e-5
+            };
+            assert!(
+                is_near("x", x) && is_near("y", y),
+                "{method}: {point} {x} {y}"
+            );
+        }
+        let there: usize = under(&strips, &lines_at).sum();
+        assert_eq!(there, map["lines"].as_array().unwrap().len(), "{method}");
+    }
+    // What is listed and elsewhere is drawn bright: as it was, and as it is.
+    let is_elsewhere = |one: &&&Value| {
+        let mut changes = one["changes"].as_array().unwrap().iter();
+        one["state"] != "changed" || changes.any(|change| change["what"] != "readings")
+    };
+    for (at, without) in [("before", "new"), ("now", "missing")] {
+        let at = format!("/world/differences/{at}");
+        let dots: usize = under(&dots, &at).map(Vec::len).sum();
+        let drawn = dots + under(&strips, &at).sum::<usize>();
+        let listed = of_map.iter().filter(|one| one["state"] != without);
+        assert_eq!(drawn, listed.filter(is_elsewhere).count(), "{at}");
+    }
+}
+
+/// What stands at an entity of a recording and below.
+#[cfg(feature = "viewer")]
+fn under<'a, T>(of: &'a BTreeMap<String, T>, entity: &'a str) -> impl Iterator<Item = &'a T> {
+    let of = of.iter();
+    of.filter(move |(path, _)| path.starts_with(entity))
+        .map(|(_, what)| what)
+}
+
+/// What a recording holds at its end, by entity: where dots are, and how many strips there are.
+#[cfg(feature = "viewer")]
+#[derive(Default)]
+struct Drawn {
+    dots: BTreeMap<String, Vec<[f32; 2]>>,
+    strips: BTreeMap<String, usize>,
+}
+
+#[cfg(feature = "viewer")]
+impl Drawn {
+    fn at_the_end(recording: &[u8]) -> Self {
+        use rerun::external::re_log_encoding::DecoderApp;
+        use rerun::log::{Chunk, LogMsg};
+
+        let dots = rerun::Points2D::descriptor_positions().component;
+        let strips = rerun::LineStrips2D::descriptor_strips().component;
+        let mut drawn = Self::default();
+        for message in DecoderApp::decode_lazy(recording) {
+            let LogMsg::ArrowMsg(_, message) = message.unwrap() else {
+                continue;
+            };
+            let chunk = Chunk::from_arrow_msg(&message).unwrap();
+            let entity = chunk.entity_path().to_string();
+            if let Some(last) = chunk.iter_slices::<[f32; 2]>(dots).last() {
+                drawn.dots.insert(entity.clone(), last.to_vec());
+            }
+            if let Some(column) = chunk.components().get(strips)
+                && let [.., begin, end] = column.list_array.value_offsets()
+            {
+                drawn.strips.insert(entity, (end - begin) as usize);
+            }
+        }
+        drawn
+    }
 }
 
 #[test]

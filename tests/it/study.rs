@@ -1,5 +1,5 @@
 //! The tables of `docs/evaluation.md`: every rule in the paper's room, at several noises and over
-//! many seeds.
+//! many seeds; and those of `docs/methods.md`.
 //!
 //! The study takes a while, so it runs when asked for; the page says how. It fails where the page
 //! does not hold what it finds, and puts it there under `TMAM_UPDATE_DOCS=1`.
@@ -12,40 +12,16 @@ mod tables;
 
 use std::fs;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use drives::{Case, Drive, Rules, run};
-use tmam_replay::core::config::Config;
-use tmam_replay::io::log::read;
-
-use crate::support::shared;
 use tables::Row;
 
 /// Seeds of the study.
 const SEEDS: u64 = 20;
 
-/// Where the tables of the room stand on the page.
-const ROOM: [&str; 2] = ["<!-- tables: begin -->\n", "<!-- tables: end -->\n"];
-
-/// Where those of other worlds do.
-const WORLDS: [&str; 2] = ["<!-- worlds: begin -->\n", "<!-- worlds: end -->\n"];
-
-/// Where those of estimated poses do.
-const POSES: [&str; 2] = ["<!-- poses: begin -->\n", "<!-- poses: end -->\n"];
-
-/// Where those do of drives that ask more of them.
-const HARDER: [&str; 2] = ["<!-- harder: begin -->\n", "<!-- harder: end -->\n"];
-
-/// Where that of the methods stands on its own page.
-const METHODS: [&str; 2] = ["<!-- methods: begin -->\n", "<!-- methods: end -->\n"];
-
 /// Seeds of the drives with and without pillars.
 const SEEDS_OF_CIRCLES: u64 = 1;
-
-/// Where its table of a real house does.
-const HOUSE: [&str; 2] = ["<!-- house: begin -->\n", "<!-- house: end -->\n"];
-
-/// Where those of circles do.
-const CIRCLES: [&str; 2] = ["<!-- circles: begin -->\n", "<!-- circles: end -->\n"];
 
 /// Seeds of the drives that are not in the room's main tables, and of the switches.
 const FEWER_SEEDS: u64 = 10;
@@ -121,27 +97,6 @@ fn cases_of_harder_poses() -> Vec<Case> {
     at_both(&drives).into_iter().chain(office).collect()
 }
 
-/// Where the methods are held against each other.
-fn cases_of_methods() -> Vec<Case> {
-    let drift = [Drive::LittleDrift, Drive::MuchDrift, Drive::Outliers];
-    let office = Drive::Office {
-        laps: 1,
-        drifts: false,
-    };
-    let at_3_mm = drift.into_iter().chain([office, Drive::Loft]);
-    let at_3_mm = at_3_mm.map(|drive| Case {
-        drive,
-        sigma: 0.003,
-    });
-    let outliers = Case {
-        drive: Drive::Outliers,
-        sigma: 0.010,
-    };
-    (cases().into_iter().chain(at_3_mm))
-        .chain([outliers])
-        .collect()
-}
-
 /// Drives at 3 and at 10 mm.
 fn at_both(drives: &[Drive]) -> Vec<Case> {
     let drives = drives.iter();
@@ -176,7 +131,7 @@ fn the_page_holds_what_the_study_finds() {
     found.push_str(&tables::others(&others, FEWER_SEEDS));
     let without = rows(&cases_of_switches(), FEWER_SEEDS, &Rules::without_each());
     found.push_str(&tables::switches(&without, FEWER_SEEDS));
-    hold(ROOM, &found);
+    hold("tables", &found);
 }
 
 #[test]
@@ -185,7 +140,7 @@ fn the_page_holds_what_the_study_finds_in_other_worlds() {
     let mut found = rows(&cases_of_worlds(), FEWER_SEEDS, &Rules::noise_aware());
     let rough = at_both(&[30, 100].map(Drive::Rough));
     found.extend(rows(&rough, FEWER_SEEDS, &Rules::oblique_walls()));
-    hold(WORLDS, &tables::worlds(&found, FEWER_SEEDS));
+    hold("worlds", &tables::worlds(&found, FEWER_SEEDS));
 }
 
 #[test]
@@ -205,29 +160,14 @@ fn the_page_holds_what_the_study_finds_of_poses() {
             &Rules::told(noise),
         ));
     }
-    hold(POSES, &tables::poses(&found, FEWER_SEEDS));
+    hold("poses", &tables::poses(&found, FEWER_SEEDS));
 }
 
 #[test]
 #[ignore = "takes minutes; docs/evaluation.md says how to run it"]
 fn the_page_holds_what_the_study_finds_of_harder_drives() {
     let found = rows(&cases_of_harder_poses(), FEWER_SEEDS, &Rules::poses());
-    hold(HARDER, &tables::harder(&found, FEWER_SEEDS));
-}
-
-#[test]
-#[ignore = "takes minutes; docs/methods.md says how to run it"]
-fn the_page_holds_what_the_study_finds_of_methods() {
-    let mut found = rows(&cases_of_methods(), FEWER_SEEDS, &Rules::methods(false));
-    let pillars = Case {
-        drive: Drive::Pillars(10),
-        sigma: 0.003,
-    };
-    let with_circles = Rules::methods_and_circles();
-    found.extend(rows(&[pillars], FEWER_SEEDS, &with_circles));
-    let scans = at_both(&[Drive::Scans]);
-    found.extend(rows(&scans, FEWER_SEEDS, &Rules::methods(true)));
-    hold_on("docs/methods.md", METHODS, &methods::table(&found));
+    hold("harder", &tables::harder(&found, FEWER_SEEDS));
 }
 
 /// Pillars, and the worlds without any in which circles would be wrong.
@@ -259,61 +199,48 @@ fn the_page_holds_what_the_study_finds_of_circles() {
     println!("{windows}");
     let found = rows(&cases_of_circles(), SEEDS_OF_CIRCLES, &Rules::circles());
     let text = format!("{windows}\n{}", circles::drives(&found));
-    hold(CIRCLES, &text);
+    hold("circles", &text);
 }
 
-/// A real log, of which nobody knows the truth.
-#[test]
-fn the_page_holds_what_each_method_makes_of_a_house() {
-    let Some(path) = shared("house_run1.mcap") else {
-        return;
-    };
-    let log = read(&path, &Config::default()).unwrap();
-    let found = methods::of_log(&log, &Rules::methods(false));
-    hold_on("docs/methods.md", HOUSE, &found);
+/// The page of most studies, and what makes its tables anew.
+const EVALUATION: [&str; 2] = [
+    "docs/evaluation.md",
+    "TMAM_UPDATE_DOCS=1 cargo test --release --test it -- --ignored study",
+];
+
+fn hold(table: &str, found: &str) {
+    hold_on(EVALUATION, table, found);
 }
 
-/// Two drives of the same study: short, but known to run, and what it is about.
-#[test]
-fn a_short_study_of_methods_has_tmam_first() {
-    let case = Case {
-        drive: Drive::Stepwise,
-        sigma: 0.003,
-    };
-    let found = rows(&[case], 1, &Rules::methods(false));
-    let exact = |name| {
-        let row = found.iter().find(|(_, rule, _)| *rule == name);
-        row.unwrap().2.iter().all(|run| run.confirmed.exact)
-    };
-    assert!(exact("tmam"));
-    for rival in ["two-measurement", "tbf", "atm", "rcd", "crowley"] {
-        assert!(!exact(rival), "{rival}");
-    }
-    let table = methods::table(&found);
-    assert_eq!(table.lines().count(), 2 + found.len(), "{table}");
+/// Whether pages are made anew, not held.
+fn updating() -> bool {
+    std::env::var_os("TMAM_UPDATE_DOCS").is_some()
 }
 
-/// Holds the page to the tables that were found, or puts them there if that is asked for.
-fn hold(marks: [&str; 2], found: &str) {
-    hold_on("docs/evaluation.md", marks, found);
-}
-
-/// The same on another page.
-fn hold_on(page: &str, [begin, end]: [&str; 2], found: &str) {
+/// Holds a page to a table that was found, or puts it there if that is asked for.
+fn hold_on([page, command]: [&str; 2], table: &str, found: &str) {
+    /// Tests run beside each other.
+    static PAGES: Mutex<()> = Mutex::new(());
+    let _alone = PAGES.lock().unwrap_or_else(PoisonError::into_inner);
     println!("{found}");
-    let name = page;
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
-    let text = fs::read_to_string(&page).unwrap();
-    let (head, rest) = text.split_once(begin).unwrap();
-    let (held, tail) = rest.split_once(end).unwrap();
-    if std::env::var_os("TMAM_UPDATE_DOCS").is_some() {
-        fs::write(&page, format!("{head}{begin}{found}{end}{tail}")).unwrap();
-    } else {
-        assert!(
-            held == found,
-            "{name} holds other tables; see there how to renew them"
-        );
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
+    let text = fs::read_to_string(&path).unwrap();
+    let (begin, end) = (
+        format!("<!-- {table}: begin -->\n"),
+        format!("<!-- {table}: end -->\n"),
+    );
+    let (head, rest) = text.split_once(&begin).unwrap();
+    let (held, tail) = rest.split_once(&end).unwrap();
+    if updating() {
+        fs::write(&path, format!("{head}{begin}{found}{end}{tail}")).unwrap();
+        return;
     }
+    assert!(text.contains(command), "{page} does not tell {command}");
+    assert!(
+        held == found,
+        "{page} does not hold the table that was found, {table}. If that is meant, make the page anew and \
+         look at git diff:\n{command}"
+    );
 }
 
 /// The same study on one seed, so that it is known to run.

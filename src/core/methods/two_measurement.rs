@@ -11,9 +11,10 @@
 //! nothing but the model differs.
 //!
 //! A sonar that moves without turning sees a point at a bearing before the step and at another one after it, and
-//! the tangent's bearing lies between them: what both beams hold of a crossing they hold of the tangent. So points are
-//! told only where the sonar turned between the two readings, and lines only where their foot is about to leave the
-//! beam. Everywhere else the model fails, as the paper says.
+//! the tangent's bearing lies between them: what both beams hold of a crossing they hold of the tangent, and the model
+//! fails, as the paper says, but for lines whose foot is about to leave the beam. A turn decides. One after what
+//! the sonar passes, as on the inside of a curve, keeps the crossing in both beams for longer than the tangent, and
+//! points are told; one away from it, as on the outside or where a ring turns on the spot, does the reverse, and lines are.
 
 use std::collections::BTreeMap;
 
@@ -167,6 +168,16 @@ mod tests {
         let [a, b] = pair(-11.2);
         assert_eq!(target(&a, &b), PairTarget::Feature(Kind::Line));
         let [a, b] = pair(0.0);
+        assert_eq!(target(&a, &b), PairTarget::Neither(Reason::Ambiguous));
+    }
+
+    #[test]
+    fn a_line_is_told_where_the_sonar_turned_away() {
+        let range = |sensor: Vec2| 1.0 - sensor.x;
+        let turned = |by: f64| [seeing(0.0, 0.0, -by, range), seeing(0.0, 0.3, by, range)];
+        let [a, b] = turned(7.0);
+        assert_eq!(target(&a, &b), PairTarget::Feature(Kind::Line));
+        let [a, b] = turned(-7.0);
         assert_eq!(target(&a, &b), PairTarget::Neither(Reason::Ambiguous));
     }
 

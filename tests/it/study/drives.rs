@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::ops::RangeInclusive;
 
+use rayon::prelude::*;
 use tmam_replay::core::config::Config;
 use tmam_replay::core::geometry::Vec2;
 use tmam_replay::core::log::Log;
@@ -39,8 +40,8 @@ pub enum Drive {
     Pillars(u8),
     /// So often round the office of the sample logs, with odometry that is exact, or drifts by much.
     Office { laps: u16, drifts: bool },
-    /// Once through the loft of the sample logs, whose walls are oblique.
-    Loft,
+    /// Once through the loft of the sample logs, whose walls are oblique, and rough by this share, in per cent.
+    Loft(u8),
     /// Driven three times round with odometry that drifts by much.
     ThreeLapsMuchDrift,
     /// The same once round where of twenty readings one is of any range.
@@ -94,23 +95,25 @@ impl Case {
                 let laps = if laps == 1 { "once" } else { "twice" };
                 format!("office {laps}{drift}")
             }
-            Drive::Loft => "loft".to_owned(),
+            Drive::Loft(0) => "loft".to_owned(),
+            Drive::Loft(share) => format!("loft, {share} % of the walls rough"),
         };
         format!("{drive}, {:.0} mm", self.sigma * 1e3)
     }
 
-    fn log(&self, seed: u64) -> Vec<u8> {
+    /// The drive's log.
+    pub fn log(&self, seed: u64) -> Vec<u8> {
         let simulation = Simulation {
             world: match self.drive {
                 Drive::Posts(apart) => row_of_posts(f64::from(apart) / 100.0),
                 Drive::ThriceMuchDriftPosts => row_of_posts(0.5),
                 Drive::Pillars(radius) => hall(f64::from(radius) / 100.0),
                 Drive::Office { .. } => world_of("office"),
-                Drive::Loft => world_of("loft"),
+                Drive::Loft(_) => world_of("loft"),
                 _ => World::room(),
             },
             diffuse: match self.drive {
-                Drive::Rough(share) => f64::from(share) / 100.0,
+                Drive::Rough(share) | Drive::Loft(share) => f64::from(share) / 100.0,
                 _ => 0.0,
             },
             path: match self.drive {
@@ -120,7 +123,7 @@ impl Case {
                 | Drive::ThriceMuchDriftPosts => Path::room().repeated(3).unwrap(),
                 Drive::Pillars(_) => HALL_PATH.parse().unwrap(),
                 Drive::Office { laps, .. } => path_of("office").repeated(laps).unwrap(),
-                Drive::Loft => path_of("loft"),
+                Drive::Loft(_) => path_of("loft"),
                 _ => Path::room(),
             },
             motion: match self.drive {
@@ -244,6 +247,20 @@ const SWITCHES: [&str; 12] = [
     "crossings",
 ];
 
+/// TMAM under the noise-aware rule, without what it took over from TBF, with odometry's poses, and under the paper's;
+/// and its rivals: their configurations.
+pub const METHODS: [(&str, &str); 9] = [
+    ("tmam", ""),
+    ("tmam, without crossings", "noise_aware.crossings = false\n"),
+    ("tmam, odometry's poses", "poses = \"odometry\"\n"),
+    ("tmam, paper's rule", "rule = \"paper\"\n"),
+    ("two-measurement", "method = \"two-measurement\"\n"),
+    ("tbf", "method = \"tbf\"\n"),
+    ("atm", "method = \"atm\"\n"),
+    ("rcd", "method = \"rcd\"\n"),
+    ("crowley", "method = \"crowley\"\n"),
+];
+
 /// The rules that are compared, each with nothing else changed.
 pub struct Rules(Vec<(&'static str, Config)>);
 
@@ -309,30 +326,24 @@ impl Rules {
         )
     }
 
-    /// TMAM under the noise-aware rule, without what it took over from TBF, with odometry's poses, and under the
-    /// paper's; and its rivals. Frames as fine as dense scans need where these are asked for.
+    /// All methods, with frames as fine as dense scans need where these are asked for.
     pub fn methods(dense: bool) -> Self {
-        let tmam = [
-            ("tmam", ""),
-            ("tmam, without crossings", "noise_aware.crossings = false\n"),
-            ("tmam, odometry's poses", "poses = \"odometry\"\n"),
-            ("tmam, paper's rule", "rule = \"paper\"\n"),
-            ("two-measurement", "method = \"two-measurement\"\n"),
-            ("tbf", "method = \"tbf\"\n"),
-            ("atm", "method = \"atm\"\n"),
-            ("rcd", "method = \"rcd\"\n"),
-            ("crowley", "method = \"crowley\"\n"),
-        ];
         let frames = if dense {
             "frames.step_angle = 1.0\n"
         } else {
             ""
         };
-        let all = tmam.map(|(name, text)| (name, parse(&format!("{text}{frames}")).unwrap()));
+        let all = METHODS.map(|(name, text)| (name, parse(&format!("{text}{frames}")).unwrap()));
         Self(all.to_vec())
     }
 
-    /// The same methods, and TMAM with circles beside them.
+    /// Of these rules some alone.
+    pub fn only(mut self, names: &[&str]) -> Self {
+        self.0.retain(|(name, _)| names.contains(name));
+        self
+    }
+
+    /// All methods, and TMAM with circles beside them.
     pub fn methods_and_circles() -> Self {
         let Self(mut all) = Self::methods(false);
         let config = parse("noise_aware.circles = true").unwrap();
@@ -366,18 +377,25 @@ impl Rules {
 
 /// Of each rule, the scores over the seeds.
 pub fn run(case: Case, seeds: RangeInclusive<u64>, rules: &Rules) -> Vec<Vec<Evaluation>> {
-    let mut scores: Vec<Vec<Evaluation>> = rules.0.iter().map(|_| Vec::new()).collect();
-    for seed in seeds {
+    let of_seed = |seed| -> Vec<Evaluation> {
         let bytes = case.log(seed);
         let (log, recorded) =
             read_with_truth_in(Cursor::new(bytes), "room.mcap", &Config::default()).unwrap();
         assert!(log.losses.is_empty(), "{:?}", log.losses);
-        for ((_, config), scores) in rules.0.iter().zip(&mut scores) {
+        let score = |(_, config): &(_, Config)| {
             let replay = Replay::new(&log, config).unwrap();
             let truth = Truth::new(&replay, &recorded, None, AGREEING_RANGE).unwrap();
             let outcome = replay.run(&mut []).unwrap();
-            scores.push(Evaluation::new(&truth, &replay.path(&outcome), &outcome));
+            Evaluation::new(&truth, &replay.path(&outcome), &outcome)
+        };
+        rules.0.iter().map(score).collect()
+    };
+    let by_seed: Vec<Vec<Evaluation>> = seeds.into_par_iter().map(of_seed).collect();
+    let mut by_rule: Vec<Vec<Evaluation>> = rules.0.iter().map(|_| Vec::new()).collect();
+    for of_seed in by_seed {
+        for (score, scores) in of_seed.into_iter().zip(&mut by_rule) {
+            scores.push(score);
         }
     }
-    scores
+    by_rule
 }

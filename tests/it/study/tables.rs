@@ -384,7 +384,8 @@ fn map(rows: &[Row], exact: &str, of: fn(&Evaluation) -> &MapScore) -> String {
     )
 }
 
-fn mean_nees(runs: &[Evaluation], of: fn(&Evaluation) -> Nees) -> String {
+/// The normalised error squared, mean over features and seeds.
+pub fn mean_nees(runs: &[Evaluation], of: fn(&Evaluation) -> Nees) -> String {
     let (mut total, mut features) = (0.0, 0);
     for nees in runs.iter().map(of) {
         total += nees.mean.unwrap_or(0.0) * nees.features as f64;
