@@ -14,6 +14,7 @@ mod info;
 mod man;
 mod named;
 mod parameters;
+mod quiet;
 mod replay;
 mod report;
 mod reproduce;
@@ -60,6 +61,10 @@ enum Command {
     Explain(Box<explain::Args>),
     #[command(mut_arg("method", |arg| arg.hide(true)))]
     Calibrate(Box<calibrate::Args>),
+    #[command(
+        mut_arg("rule", |arg| arg.hide_short_help(true)),
+        mut_arg("sensor", |arg| arg.hide_short_help(true))
+    )]
     Check(Box<check::Args>),
     Diff(Box<diff::Args>),
     Report(Box<report::Args>),
@@ -128,5 +133,36 @@ fn print(said: &clap::Error) -> io::Result<()> {
     match safe == text {
         true => said.print(),
         false => io::stderr().write_all(safe.as_bytes()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    /// Lines of a screen, and columns of a page.
+    const SCREEN: (usize, usize) = (40, 100);
+
+    #[test]
+    fn help_fits_a_screen_and_all_of_it_is_told_by_help_all() {
+        let mut tmam = Cli::command().term_width(SCREEN.1);
+        tmam.build();
+        let mut long = Vec::new();
+        for command in tmam.get_subcommands_mut() {
+            let name = command.get_name().to_owned();
+            let help = command.render_help().to_string();
+            if help.lines().count() > SCREEN.0 {
+                long.push(format!("{name}: {} lines\n{help}", help.lines().count()));
+            }
+            let all = command.render_long_help().to_string();
+            let told = |flag: &str| all.contains(&format!("--{flag}"));
+            let shown = command.get_arguments().filter(|arg| !arg.is_hide_set());
+            for flag in shown.filter_map(clap::Arg::get_long) {
+                assert!(told(flag), "{name}: --{flag}");
+            }
+        }
+        assert!(long.is_empty(), "{}", long.join("\n"));
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
+use super::quiet::Quiet;
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
@@ -11,6 +12,7 @@ use crate::io::config::changed::with_keys;
 use crate::io::config::file::ConfigError;
 use crate::io::log;
 use crate::io::output::{Output, show, write_whole};
+use crate::observe::progress::Progress;
 use crate::observe::report;
 use crate::tools::calibrate::{Calibration, text};
 
@@ -18,11 +20,11 @@ use crate::tools::calibrate::{Calibration, text};
 ///
 /// Every value is held against the ranges; what is clearly off is tried: the log is replayed with it, and it
 /// counts only where the log's own map then explains the readings better. Needs no truth.
+///
+/// Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is
+/// incomplete, or there was nothing to replay.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
-incomplete, or there was nothing to replay.
-
 Examples:
   tmam calibrate drive.mcap                       what is off, and what the log cannot tell
   tmam calibrate drive.mcap --write tmam.toml     and the configuration that mends it
@@ -37,6 +39,8 @@ pub struct Args {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    quiet: Quiet,
+    #[command(flatten)]
     parameters: Parameters,
 }
 
@@ -48,14 +52,18 @@ impl Args {
         }
         let log = log::read(&self.log, &config)?;
         let replay = Replay::new(&log, &config)?;
-        let outcome = replay.run(&mut [])?;
+        let setting = replay.setting();
+        let mut progress = Progress::new(&setting, !self.quiet.is_set());
+        let outcome = replay.run(&mut [&mut progress])?;
+        drop(progress);
         let calibration = Calibration::new(&replay, &outcome);
         if self.json {
             Output::whole(Path::new("-"), |out| calibration.write(out))?;
         } else {
             show(&text::text(&calibration), false)?;
         }
-        show(&report::problems(&log, &replay.setting(), &outcome), true)?;
+        let problems = report::problems(&log, &setting, &outcome);
+        show(&self.quiet.less(problems), true)?;
         if let Some(path) = &self.write {
             let given = self.parameters.layers()?;
             let text = with_keys(&given, &calibration.keys()).map_err(ConfigError::from)?;

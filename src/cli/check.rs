@@ -30,34 +30,39 @@ Exit codes, the gravest of all logs: 2 usage, or a log or golden file that canno
 Examples:
   tmam check drives/*.mcap --golden golden --bless          write the golden files
   tmam check drives/*.mcap --golden golden                  hold the logs to them
-  tmam check drives/*.mcap --golden golden --artifacts out --junit out/junit.xml --summary out/summary.md
-  tmam check drives/*.mcap --golden golden --config tmam.toml   does what ships give the same?
-  tmam check drives/*.mcap --golden golden --partition 2/4  a quarter of them"
+  tmam check drives/*.mcap --golden golden --artifacts out --junit out/junit.xml
+  tmam check drives/*.mcap --golden golden --config tmam.toml   does what ships give the same?"
 )]
 pub struct Args {
-    /// The MCAP logs; of a folder each log in it, of a folder of split parts these as one
+    /// The MCAP logs, or folders of them
+    ///
+    /// Of a folder each log in it is meant; the parts of one recording, as `ros2 bag` splits it, are one log.
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Directory of the golden files
     #[arg(long, value_name = "DIR")]
     golden: PathBuf,
-    /// Where a log differs, write what it gives now and a recording that shows the differences here
+    /// Where a log differs, write what shows the differences here
+    ///
+    /// A recording of them, a picture, and what the log gives now.
     #[arg(long, value_name = "DIR", conflicts_with = "bless")]
     artifacts: Option<PathBuf>,
     /// Record only so many frames around each difference [default: 20]
-    #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "20", requires = "artifacts")]
+    #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "20", requires = "artifacts", hide_short_help = true)]
     only_around_differences: Option<u32>,
-    /// What to compare: all, or of the map only the confirmed features and where they are, as for drives made again
+    /// What to compare
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Compared::All)]
     compare: Compared,
-    /// What is required of the results, besides that they stay: `[require]` with lines such as walls = ">= 6"
+    /// What is required of the results, besides that they stay
+    ///
+    /// A file with `[require]` and lines such as walls = ">= 6".
     #[arg(long, value_name = "FILE.toml")]
     suite: Option<PathBuf>,
     /// Labels that flipped with next to nothing to spare are differences, too
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     strict: bool,
     /// Check part I of N only; the parts are the same wherever they run
-    #[arg(long, value_name = "I/N")]
+    #[arg(long, value_name = "I/N", hide_short_help = true)]
     partition: Option<String>,
     /// Write a JUnit report
     #[arg(long, value_name = "FILE.xml", help_heading = "Reports")]
@@ -74,19 +79,26 @@ pub struct Args {
     /// How many differences of a kind to print
     #[arg(long, value_name = "N", default_value_t = SHOWN, help_heading = "Reports")]
     show: usize,
-    /// Write or update the golden files instead, and tell what changed. Of the configuration in an
-    /// existing one, only the parameters given here change
+    /// Write or update the golden files instead, and tell what changed
+    ///
+    /// Of the configuration in an existing one, only the parameters given here change.
     #[arg(long, help_heading = "Blessing")]
     bless: bool,
     /// Bless even where CI is set
-    #[arg(long, requires = "bless", help_heading = "Blessing")]
+    #[arg(
+        long,
+        requires = "bless",
+        help_heading = "Blessing",
+        hide_short_help = true
+    )]
     force: bool,
     /// A tolerance to bless with, repeatable: rho=0.02 (metres and radians)
     #[arg(
         long,
         value_name = "KEY=VALUE",
         requires = "bless",
-        help_heading = "Blessing"
+        help_heading = "Blessing",
+        hide_short_help = true
     )]
     tolerance: Vec<String>,
     #[command(flatten)]
@@ -95,7 +107,9 @@ pub struct Args {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Compared {
+    /// Everything: map, extracted features, the label of every arc
     All,
+    /// Only the confirmed features of the map and where they are, as for drives made again
     Map,
 }
 

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::check::Compared;
-use super::parameters::{MethodName, Parameters, assignment};
+use super::parameters::{MethodName, Parameters};
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::legible::inert_line;
+use crate::io::config::file::assignment;
 use crate::io::log::container::is_one_recording;
 use crate::io::output::{Output, print, show};
-use crate::io::outputs::refuse_collisions;
+use crate::io::outputs::{Settled, refuse_collisions};
 use crate::observe::report::written;
 use crate::tools::diff::drawing::write;
 use crate::tools::diff::folders::Folders;
@@ -39,17 +40,15 @@ incomplete, or neither side holds a feature.
 Examples:
   tmam diff before.features.json after.features.json
   tmam diff monday.rrd tuesday.rrd                          what two recordings carry
-  tmam diff monday.mcap tuesday.mcap                        two drives through the same rooms
   tmam diff drive.mcap --set-b frames.step=0.15             one log under two configurations
   tmam diff drive.mcap --method-a tmam --method-b tbf       one log by two methods
-  tmam diff golden/drive.golden.json drive.mcap
   tmam diff out-main out-branch                             two folders, by the names of their files
   tmam diff monday.rrd tuesday.rrd -o both.rrd              both maps over each other"
 )]
 pub struct Args {
-    /// A log, a recording, a features.json or a golden file; or a folder of them, against another one
+    /// A log, a recording, a features.json or a golden file; or a folder of them
     a: PathBuf,
-    /// Another one [default: the same log, with --config-b, --set-b or --method-b]
+    /// Another one [default: the same log, with --set-b, --config-b or --method-b]
     #[arg(required_unless_present_any = ["config_b", "set_b", "method_a", "method_b"])]
     b: Option<PathBuf>,
     /// Configuration file for B
@@ -59,23 +58,26 @@ pub struct Args {
     #[arg(long, value_name = "KEY=VALUE", value_parser = assignment)]
     set_b: Vec<String>,
     /// Method that A is replayed with [default: that of both]
-    #[arg(long, value_name = "METHOD", value_enum)]
+    #[arg(long, value_name = "METHOD", value_enum, hide_short_help = true)]
     method_a: Option<MethodName>,
     /// Method that B is replayed with [default: that of both]
-    #[arg(long, value_name = "METHOD", value_enum)]
+    #[arg(long, value_name = "METHOD", value_enum, hide_short_help = true)]
     method_b: Option<MethodName>,
-    /// Write a recording for the Rerun viewer here: the differences over the run of B where B is a log, else over that
-    /// of A, else both maps over each other
+    /// Write a recording of the differences here
+    ///
+    /// They are drawn over the run of B where B is a log, else over that of A, else both maps over each other.
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
-    /// A tolerance, repeatable: rho=0.02 (metres and radians) [default: those of a golden file]
+    /// A tolerance, repeatable: rho=0.02 (metres and radians)
+    ///
+    /// Those that are not given are of the golden file, if one is compared.
     #[arg(long, value_name = "KEY=VALUE")]
     tolerance: Vec<String>,
-    /// What to compare: all, or of the map only the confirmed features and where they are, as for drives made again
+    /// What to compare
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Compared::All)]
     compare: Compared,
     /// Borderline labels are differences, too
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     strict: bool,
     /// Say nothing: the exit code tells
     #[arg(short, long, conflicts_with = "json")]
@@ -190,12 +192,11 @@ impl Args {
             return Ok(());
         };
         write(all, &mut out)?;
-        let path = out.path().to_owned();
-        out.commit()?;
+        let output = Settled::new([out])?;
         if !self.quiet {
-            show(&written(&[path]), self.json)?;
+            show(&written(&output.files()), self.json)?;
         }
-        Ok(())
+        Ok(output.commit()?)
     }
 }
 

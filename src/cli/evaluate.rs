@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
+use super::quiet::Quiet;
 use super::simulate::{WorldFile, world_file};
 use crate::cli::error::Error;
 use crate::cli::named::{ending_in, is_folder};
@@ -13,7 +14,7 @@ use crate::core::replay::{Replay, ReplayError};
 use crate::io::drives::{self, Drive};
 use crate::io::log;
 use crate::io::output::{is_stdout, print, show};
-use crate::io::outputs::{Requested, Written};
+use crate::io::outputs::{Requested, Settled};
 use crate::observe::progress::{Progress, ReplaysProgress};
 use crate::observe::recording::Recording;
 use crate::observe::report;
@@ -29,13 +30,13 @@ use crate::tools::sweep::score::TruthScore;
 ///
 /// The truth is what the log carries itself, as `tmam simulate` writes it, or a world file, in
 /// which the echo model says what each arc came from.
+///
+/// Exit codes: 0 done; 2 usage, configuration, no truth, or input that cannot be read; 3 done, but the
+/// log is incomplete, no arc could be labelled, or there was nothing to replay.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "\
-Exit codes: 0 done; 2 usage, configuration, no truth, or input that cannot be read; 3 done, but the \
-log is incomplete, no arc could be labelled, or there was nothing to replay.
-
 Examples:
   tmam simulate -o room.mcap --noise 0.003
   tmam evaluate room.mcap                         with the truth in the log
@@ -46,19 +47,27 @@ pub struct Args {
     /// MCAP logs, folders of them, or patterns; several are told in a table, the worst first
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// The world in JSON, metres in the odometry frame: {"walls": [[x1,y1,x2,y2], ...], "points":
-    /// [[x,y], ...], "pillars": [[x,y,radius], ...]} [default: the truth in the log]
+    /// The world in JSON [default: the truth in the log]
+    ///
+    /// Metres in the odometry frame: {"walls": [[x1,y1,x2,y2], ...], "points": [[x,y], ...], "pillars":
+    /// [[x,y,radius], ...]}
     #[arg(long, value_name = "WORLD.json", value_parser = world_file)]
     truth: Option<WorldFile>,
     /// A range agrees with the echo model within this, or five of its standard deviations
     #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
     agree: f64,
-    /// Write a recording for the Rerun viewer here, with the truth and the errors in it; of several logs, the folder
+    /// Write a recording here, with the truth and the errors in it
+    ///
+    /// Of several logs it is the folder for recordings.
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
-    /// Tell it in JSON (tmam.evaluation/1): SI units and radians; of several logs a line each (tmam.replayed/1)
+    /// Tell it in JSON (tmam.evaluation/1): SI units and radians
+    ///
+    /// Of several logs it is a line each (tmam.replayed/1).
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    quiet: Quiet,
     /// How many logs to replay at a time; 0: one per processor [default: 0]
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
@@ -84,9 +93,10 @@ impl Args {
         let told = self.evaluate(log, config, self.requested(), true)?;
         show(&told.summary.problems, true)?;
         if !self.json {
-            show(&told.text, told.to_stdout)?;
+            show(&told.text, told.outputs.to_stdout())?;
         }
         show(told.doubts, true)?;
+        told.outputs.commit()?;
         Ok(told.summary.exit)
     }
 
@@ -103,15 +113,17 @@ impl Args {
         if let Some(path) = self.output.clone().filter(|path| !is_folder(path)) {
             return Err(Error::FileOfSeveral { path, logs });
         }
-        let progress = ReplaysProgress::new(logs, "logs");
+        let progress = ReplaysProgress::new(logs, "logs", !self.quiet.is_set());
         let fleet = Fleet::run(drives, self.jobs, |drive| {
             let told = self.evaluate(&drive.path, config, folders.of_drive(&drive.name), false);
             progress.tick();
             let Told {
                 mut summary,
                 doubts,
+                outputs,
                 ..
             } = told?;
+            outputs.commit().map_err(Error::from)?;
             summary.problems += doubts;
             Ok(summary)
         })?;
@@ -152,7 +164,8 @@ impl Args {
 
         let mut kept = Kept::default();
         let is_recorded = outputs.as_ref().is_some_and(|o| o.recording.is_some());
-        let mut progress = with_progress.then(|| Progress::new(&replay.setting()));
+        let mut progress =
+            with_progress.then(|| Progress::new(&replay.setting(), !self.quiet.is_set()));
         let mut observers: Vec<&mut dyn Observer> = Vec::new();
         observers.extend(is_recorded.then_some(&mut kept as &mut dyn Observer));
         observers.extend(progress.as_mut().map(|it| it as &mut dyn Observer));
@@ -160,7 +173,7 @@ impl Args {
         drop(progress);
         let evaluation = Evaluation::new(&truth, &replay.path(&outcome), &outcome);
         let setting = replay.setting();
-        let mut written = Written::default();
+        let mut settled = Settled::default();
         if let Some(mut outputs) = outputs.take() {
             if let Some(out) = &mut outputs.recording {
                 let overlay = overlay(&setting, &truth, &evaluation, &outcome.map);
@@ -173,9 +186,9 @@ impl Args {
                 write(&mut *out, &setting, &truth, &evaluation)
                     .map_err(|source| out.failed(source))?;
             }
-            written = outputs.commit()?;
+            settled = outputs.settle()?;
         }
-        let problems = report::problems(&log, &setting, &outcome);
+        let problems = self.quiet.less(report::problems(&log, &setting, &outcome));
         let score = Some(TruthScore::new(&evaluation));
         let mut summary = Replayed::new(&setting, &outcome, score, problems);
         let fits = evaluation.labels.fits_the_world();
@@ -184,8 +197,8 @@ impl Args {
         let text = text::text(&setting, &truth, &evaluation);
         Ok(Told {
             summary,
-            text: text + &report::written(&written.files),
-            to_stdout: written.to_stdout,
+            text: text + &report::written(&settled.files()),
+            outputs: settled,
             doubts: if fits { "" } else { NO_FIT },
         })
     }
@@ -195,6 +208,6 @@ impl Args {
 struct Told {
     summary: Replayed,
     text: String,
-    to_stdout: bool,
+    outputs: Settled,
     doubts: &'static str,
 }

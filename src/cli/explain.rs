@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
+use super::quiet::Quiet;
 use super::simulate::read_world;
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
@@ -22,19 +23,19 @@ use crate::tools::explain::{Question, Which, explain, suspects, write_json};
 ///
 /// Name an arc by its sonar and a frame or a time, or by a place in the map; or list the arcs whose
 /// labels are contradicted most.
+///
+/// Exit codes: 0 done; 2 usage, configuration, no such arc, or input that cannot be read; 3 done, but
+/// the log is incomplete, there was nothing to replay, or no label that could be suspect.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     group = clap::ArgGroup::new("which").required(true),
     after_help = "\
-Exit codes: 0 done; 2 usage, configuration, no such arc, or input that cannot be read; 3 done, but \
-the log is incomplete, there was nothing to replay, or no label that could be suspect.
-
 Examples:
   tmam explain drive.mcap --sensor sonar_03 --frame 57
   tmam explain drive.mcap --sensor sonar_03 --time 12.5
   tmam explain drive.mcap --at 3.95,2.02          what passes through this corner
-  tmam explain drive.mcap --suspects 20           the 20 most doubtful labels"
+  tmam explain drive.mcap --suspects=20           the 20 most doubtful labels"
 )]
 pub struct Args {
     /// The MCAP log
@@ -42,11 +43,12 @@ pub struct Args {
     /// The arc that the sonar gave this frame
     #[arg(long, value_name = "K", group = "which")]
     frame: Option<u32>,
-    /// The sonar's arc nearest to this many seconds after the log's first reading
+    /// The sonar's arc nearest to this many seconds after the first reading
     #[arg(long, value_name = "S", group = "which", value_parser = seconds)]
     time: Option<f64>,
-    /// The arc that passes nearest to this place, metres in the odometry frame; of any sonar where
-    /// none is named
+    /// The arc that passes nearest to this place, metres in the odometry frame
+    ///
+    /// Of any sonar where none is named.
     #[arg(
         long,
         value_name = "X,Y",
@@ -55,23 +57,30 @@ pub struct Args {
         value_parser = place
     )]
     at: Option<Vec2>,
-    /// List this many of the arcs whose labels are contradicted most, worst first
+    /// List so many arcs whose labels are contradicted most [default: 10]
+    ///
+    /// The worst come first.
     #[arg(
         long,
         value_name = "N",
         group = "which",
         num_args = 0..=1,
+        require_equals = true,
         default_missing_value = "10",
         value_parser = clap::value_parser!(u32).range(1..)
     )]
     suspects: Option<u32>,
-    /// What really echoed, as a world in JSON [default: the truth in the log, if any]
+    /// What really echoed, as a world in JSON [default: the truth in the log]
     #[arg(long, value_name = "WORLD.json", value_parser = read_world)]
     truth: Option<World>,
-    /// Tell it in JSON (tmam.explanation/1, tmam.suspects/1): SI units and radians
+    /// Tell it in JSON (tmam.explanation/1, tmam.suspects/1)
+    ///
+    /// SI units and radians.
     #[arg(long)]
     json: bool,
-    /// Tell what did not decide, too: the pairs, and what the other rule would say
+    #[command(flatten)]
+    quiet: Quiet,
+    /// Tell what did not decide, too: pairs, and what the other rule would say
     #[arg(short, long, conflicts_with = "suspects")]
     verbose: bool,
     #[command(flatten)]
@@ -91,7 +100,7 @@ impl Args {
             quoted(&self.log.display().to_string()),
             self.parameters.as_typed()
         );
-        let mut progress = Progress::new(&setting);
+        let mut progress = Progress::new(&setting, !self.quiet.is_set());
         let (outcome, found) = if let Some(which) = self.which() {
             let question = Question { sonars, which };
             let truth = Truth::if_known(&replay, &recorded, self.truth, AGREEING_RANGE)?;
@@ -119,7 +128,8 @@ impl Args {
             }
             (outcome, list.labels > 0)
         };
-        show(&report::problems(&log, &setting, &outcome), true)?;
+        let problems = report::problems(&log, &setting, &outcome);
+        show(&self.quiet.less(problems), true)?;
         Ok(Exit::of_whole(found && setting.source.complete))
     }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::parameters::Parameters;
+use super::quiet::Quiet;
 use crate::cli::error::Error;
 use crate::core::config::Config;
 use crate::core::exit::Exit;
@@ -18,11 +19,11 @@ use crate::tools::info::{Info, text};
 ///
 /// Channels, sonars, odometry and clocks as the log has them, what is wrong with them in order of
 /// weight, and the part of tmam.toml that would make a log work that does not.
+///
+/// Exit codes: 0 the log is whole and can be replayed as it is; 2 usage, configuration or a file that
+/// cannot be read; 3 told, but the log is incomplete, or cannot be replayed as it is, or holds no echo.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes: 0 the log is whole and can be replayed as it is; 2 usage, configuration or a file that \
-cannot be read; 3 told, but the log is incomplete, or cannot be replayed as it is, or holds no echo.
-
 Examples:
   tmam info drive.mcap                            what is in it and what is wrong with it
   tmam info drives/*.mcap                         which of them have something wrong
@@ -32,9 +33,13 @@ pub struct Args {
     /// MCAP logs, folders of them, or patterns; several are told in a table, the worst first
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Tell it in JSON (tmam.info/1): SI units and radians; of several logs one document after the other
+    /// Tell it in JSON (tmam.info/1): SI units and radians
+    ///
+    /// Of several logs one document comes after the other.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    quiet: Quiet,
     /// Print only the keys that the configuration lacks, as TOML
     #[arg(long, conflicts_with = "json")]
     skeleton: bool,
@@ -59,7 +64,7 @@ impl Args {
     }
 
     fn one(&self, log: &Path, config: &Config) -> Result<Exit, Error> {
-        let mut doing = Doing::default();
+        let mut doing = Doing::new(!self.quiet.is_set());
         let info = self.info(log, config, &mut |what| doing.tell(what))?;
         drop(doing);
         if self.json {
@@ -79,7 +84,7 @@ impl Args {
                 logs: drives.len(),
             });
         }
-        let progress = ReplaysProgress::new(drives.len(), "logs");
+        let progress = ReplaysProgress::new(drives.len(), "logs", !self.quiet.is_set());
         let fleet = Fleet::run(drives, self.jobs, |drive| {
             let info = self.info(&drive.path, config, &mut |_| ());
             progress.tick();

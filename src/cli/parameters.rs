@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use toml::{Table, Value};
+use toml::Value;
 
 use crate::cli::error::Error;
 use crate::core::config::{Config, Method};
 use crate::core::legible::quoted;
-use crate::io::config::file::{ConfigError, check, layered, overridden, parse_layers};
+use crate::io::config::file::{ConfigError, assignment, check, layered, overridden, parse_layers};
 use crate::io::text_file::read_text;
 
 /// Parameters of the replay; a flag stands before the configuration file.
@@ -48,21 +48,23 @@ pub struct Selection {
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
     /// What makes the map: TMAM, or a method that its paper discusses [default: tmam]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, hide_short_help = true)]
     method: Option<MethodName>,
     /// How TMAM labels arcs and fuses features [default: noise-aware]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
     /// Where the robot's poses come from; the paper's rule takes odometry's [default: joint]
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, hide_short_help = true)]
     poses: Option<PosesName>,
     /// Leave out readings earlier than this after the first one; frames keep the numbers of the whole run
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", hide_short_help = true)]
     start: Option<f64>,
     /// Leave out readings later than this after the first one
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", hide_short_help = true)]
     end: Option<f64>,
-    /// Only sonars with such a name, repeatable; frames keep the numbers of the whole run
+    /// Only sonars with such a name, repeatable
+    ///
+    /// Frames keep the numbers of the whole run.
     #[arg(long, value_name = "GLOB")]
     sensor: Vec<String>,
     /// Topics that carry ranges, repeatable [default: found by type]
@@ -305,49 +307,11 @@ fn as_toml(flags: &[Flag]) -> String {
         .collect()
 }
 
-/// A line of a configuration as one types it: the quotes of a text may be left out, which the shell would take.
-///
-/// # Errors
-/// A line without `=`; whether it means anything else is for the configuration to say.
-pub(super) fn assignment(line: &str) -> Result<String, String> {
-    if !line.contains('=') {
-        return Err("it has no `=`: give KEY=VALUE, such as frames.step=0.15".to_owned());
-    }
-    let bare = |(key, text): (&str, &str)| {
-        let value = Value::String(text.trim().to_owned());
-        format!("{} = {value}", key.trim())
-    };
-    Ok(match line.parse::<Table>() {
-        Ok(_) => line.to_owned(),
-        Err(_) => line.split_once('=').map_or_else(|| line.to_owned(), bare),
-    })
-}
-
 /// A value as one types it.
 fn typed(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         Value::Float(number) => number.to_string(),
         other => other.to_string(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_text_needs_no_quotes() {
-        let line = assignment("rule=paper").unwrap();
-        assert_eq!(line, "rule = \"paper\"");
-        let line = assignment("input.robot_frame = base/link 'a'").unwrap();
-        assert_eq!(
-            line.parse::<Table>().unwrap()["input"]["robot_frame"].as_str(),
-            Some("base/link 'a'")
-        );
-        for line in ["rule='paper'", "triple.gamma=8", "input.sonars=[\"a\"]"] {
-            assert_eq!(assignment(line).unwrap(), line);
-        }
-        assert!(assignment("nonsense").unwrap_err().contains("KEY=VALUE"));
     }
 }

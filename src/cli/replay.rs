@@ -18,7 +18,7 @@ use crate::io::drives::{self, Drive};
 use crate::io::log::survey;
 use crate::io::log::truth::RecordedTruth;
 use crate::io::output::{Output, OutputError, is_stdout, print, show};
-use crate::io::outputs::{Requested, partition, refuse_collisions};
+use crate::io::outputs::{Requested, Settled, partition, refuse_collisions};
 use crate::observe::arc_table::{self, TableName};
 use crate::observe::behind::Behind;
 use crate::observe::causes;
@@ -48,28 +48,28 @@ use crate::tools::map_file::{self, MapFormat};
 /// exactly the outputs that are named. `-` is standard output, for one of them. Of several logs, outputs go into
 /// folders: -o FOLDER takes LOG.rrd and LOG.features.json. One that fails does not stop the others, and a table has
 /// the worst log first.
+///
+/// Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is incomplete (2 with
+/// --strict) or holds no echo, or there was nothing to replay. Of several logs the worst: 2, 3, 0.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "\
-Exit codes: 0 done; 2 usage, configuration or input that cannot be read; 3 done, but the log is \
-incomplete (2 with --strict) or holds no echo, or there was nothing to replay. Of several logs the worst: 2, 3, 0.
-
 Examples:
   tmam replay drive.mcap                          drive.rrd and drive.features.json
   tmam replay drive.mcap --trace drive.jsonl      only the trace: why each arc was labelled so
-  tmam replay drive.mcap --path drive.tum         the path used, for evo
   tmam replay drive.mcap --map drive.pgm          the map for nav2, with drive.yaml
   tmam replay drive.mcap --start 30 --end 60 --sensor 'sonar_0*' -o part.rrd
   tmam replay drives/*.mcap -o out                all of them, and a table with the worst one first
-  tmam replay drives/*.mcap --arcs arcs --json | jq -r 'select(.causes != []).log'
-  tmam replay drives --arcs arcs                  a table of all arcs, for DuckDB, Polars or pandas"
+  tmam replay drives/*.mcap --arcs arcs --json | jq -r 'select(.causes != []).log'"
 )]
 pub struct Args {
     /// MCAP logs, folders of them, or patterns
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Write the recording for the Rerun viewer here; of several logs, the folder for recordings and features
+    /// Write the recording for the Rerun viewer here
+    ///
+    /// Of several logs it is the folder for recordings and features.
     #[arg(
         short,
         long = "output",
@@ -84,27 +84,33 @@ pub struct Args {
     /// Write a line per arc here: its pose, angles and label, and why
     #[arg(long, value_name = "FILE.jsonl", value_parser = ending_in("jsonl"))]
     trace: Option<PathBuf>,
-    /// Write the path that was used here, a pose per odometry sample: as TUM, or as nav_msgs/Odometry
-    /// where the name ends in .mcap
+    /// Write the path that was used here, for evo (.tum) or Foxglove (.mcap)
+    ///
+    /// A pose per odometry sample: as TUM, or as nav_msgs/Odometry where the name ends in .mcap.
     #[arg(long, value_name = "FILE.tum", value_parser = path_file)]
     path: Option<PathBuf>,
-    /// Write the map here: .geojson, .csv, .svg, or .pgm, a grid for nav2; of that name with .yaml is then the file
-    /// that nav2 asks for, in place of any that is there
+    /// Write the map here: .geojson, .csv, .svg, or .pgm for nav2
+    ///
+    /// Beside a .pgm, a grid, the file of that name with .yaml is the one that nav2 asks for; it takes the place of any
+    /// that is there.
     #[arg(long, value_name = "FILE", value_parser = map_file)]
     map: Option<PathBuf>,
-    /// Write a table of arcs in Parquet here: what the trace has, causes and the truth; of several logs, the folder
-    /// for tables
+    /// Write a table of arcs in Parquet here
+    ///
+    /// It has what the trace has, causes and the truth. Of several logs it is the folder for tables.
     #[arg(long, value_name = "FILE.parquet", value_parser = ending_in("parquet"))]
     arcs: Option<PathBuf>,
     /// Write no recording
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     no_recording: bool,
-    /// Show the recording in an open viewer while it is made; files are then written only where
-    /// they are named
+    /// Show the recording in an open viewer while it is made
+    ///
+    /// Files are then written only where they are named.
     #[arg(
         long,
         value_name = "URL",
         num_args = 0..=1,
+        require_equals = true,
         default_missing_value = DEFAULT_URL,
         conflicts_with = "no_recording"
     )]
@@ -116,15 +122,19 @@ pub struct Args {
     #[arg(long)]
     no_causes: bool,
     /// Refuse a log that cannot be read whole, instead of using what can be read of it
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     strict: bool,
     /// Say nothing but what went wrong
     #[arg(short, long)]
     quiet: bool,
-    /// Tell what came of it in JSON (tmam.replayed/1), a line for each log, the worst first
+    /// Tell what came of it in JSON (tmam.replayed/1), a line for each log
+    ///
+    /// The worst log comes first.
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
-    /// How many logs to replay at a time; 0: one per processor [default: 0]. The outputs are the same
+    /// How many logs to replay at a time; 0: one per processor [default: 0]
+    ///
+    /// The outputs are the same.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
     #[command(flatten)]
@@ -168,8 +178,9 @@ impl Args {
         if self.json {
             print(&json_line(&name, Ok(&told.summary)))?;
         } else if !self.quiet {
-            show(&told.closing, told.to_stdout)?;
+            show(&told.closing, told.outputs.to_stdout())?;
         }
+        told.outputs.commit()?;
         Ok(told.summary.exit)
     }
 
@@ -188,12 +199,14 @@ impl Args {
         let outputs: Vec<_> = requested.iter().flat_map(Requested::paths).collect();
         refuse_collisions(&inputs, &outputs)?;
 
-        let progress = ReplaysProgress::new(drives.len(), "logs");
+        let progress = ReplaysProgress::new(drives.len(), "logs", !self.quiet);
         let fleet = Fleet::run(drives, self.jobs, |drive| {
             let requested = folders.of_drive(&drive.name);
             let told = self.replay(&drive.path, &drive.name, config, requested, false);
             progress.tick();
-            Ok(told?.summary)
+            let told = told?;
+            told.outputs.commit().map_err(Error::from)?;
+            Ok(told.summary)
         })?;
         drop(progress);
         show(&fleet.problems(), true)?;
@@ -254,8 +267,8 @@ impl Args {
         }
     }
 
-    /// Replays a log, called `name`, and writes its outputs. Of one that is alone the stages overlap, and progress is
-    /// shown.
+    /// Replays a log, called `name`, and writes its outputs, which are yet to take their names. Of one that is alone
+    /// the stages overlap, and progress is shown.
     fn replay(
         &self,
         path: &Path,
@@ -294,7 +307,7 @@ impl Args {
             recording = Some(Recording::new(file, viewer, setting, overlay)?);
         }
         let watched = thread::scope(|scope| {
-            let mut progress = is_alone.then(|| Progress::new(&setting));
+            let mut progress = is_alone.then(|| Progress::new(&setting, !self.quiet));
             let scope = overlaps.then_some(scope);
             let mut recording = recording.map(|recording| Behind::new(recording, scope));
             let progress = progress.as_mut().map(|it| it as &mut dyn Observer);
@@ -373,15 +386,15 @@ impl Args {
             arc_table::write(&mut *out, table, &setting, &outcome, &target)
                 .map_err(|source| out.failed(source))?;
         }
-        let written = outputs.commit()?;
+        let outputs = outputs.settle()?;
 
         let mut problems = report::problems(log, &setting, &outcome) + &warned;
         if let Some(lost) = lost {
             problems += &format!("warning: {lost}; the file has it all\n");
         }
         Ok(Told {
-            closing: report::closing(&setting, &outcome, &named, &written.files),
-            to_stdout: written.to_stdout,
+            closing: report::closing(&setting, &outcome, &named, &outputs.files()),
+            outputs,
             summary: Replayed::new(&setting, &outcome, None, problems),
         })
     }
@@ -405,7 +418,7 @@ fn ended<T>(thread: ScopedJoinHandle<'_, T>) -> T {
 struct Told {
     summary: Replayed,
     closing: String,
-    to_stdout: bool,
+    outputs: Settled,
 }
 
 fn map_file(name: &str) -> Result<PathBuf, String> {

@@ -1,10 +1,12 @@
 //! `tmam reproduce`
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use crate::cli::error::Error;
 use crate::core::exit::Exit;
-use crate::io::output::{make_room, print, write_whole};
+use crate::io::output::{Output, make_room, print};
+use crate::io::outputs::Settled;
 use crate::observe::report::written;
 use crate::tools::reproduce::{OF_THE_DOCS, Reproduction, page};
 
@@ -47,12 +49,18 @@ impl Args {
             ("figure5.svg", five),
             ("figure6.svg", six),
         ];
-        let files = files.map(|(name, text)| (folder.join(name), text));
-        for (file, text) in &files {
-            make_room(file)?;
-            write_whole(file, text.as_bytes())?;
+        let mut outputs = Vec::new();
+        for (name, text) in files {
+            let file = folder.join(name);
+            make_room(&file)?;
+            let mut out = Output::create(&file)?;
+            out.write_all(text.as_bytes())
+                .map_err(|source| out.failed(source))?;
+            outputs.push(out);
         }
-        print(&written(&files.map(|(file, _)| file)))?;
+        let outputs = Settled::new(outputs)?;
+        print(&written(&outputs.files()))?;
+        outputs.commit()?;
         Ok(Exit::Done)
     }
 }

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::parameters::Selection;
+use super::quiet::Quiet;
 use super::simulate::read_world;
 use crate::cli::error::Error;
 use crate::cli::named::ending_in;
 use crate::core::exit::Exit;
 use crate::core::world::World;
-use crate::io::output::{Output, is_stdout, show};
-use crate::io::outputs::refuse_collisions;
+use crate::io::output::{Output, show};
+use crate::io::outputs::{Settled, refuse_collisions};
 use crate::observe::progress::ReplaysProgress;
 use crate::observe::recording::write_grid;
 use crate::tools::evaluate::truth::AGREEING_RANGE;
@@ -21,13 +22,13 @@ use crate::tools::sweep::{AxisError, Grid, Plan, Request, SweepError, TruthSourc
 /// tmam.toml. With the truth, cells are ranked by the errors of their maps, then by their wrong
 /// labels; without it by how well their own map explains their readings, which is how a wrong mount
 /// or a late clock shows itself.
+///
+/// Exit codes: 0 done; 2 usage, configuration or input that cannot be read, or not one cell could be
+/// replayed; 3 done, but the log is incomplete or holds no echo.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "\
-Exit codes: 0 done; 2 usage, configuration or input that cannot be read, or not one cell could be \
-replayed; 3 done, but the log is incomplete or holds no echo.
-
 Examples:
   tmam sweep drive.mcap --alpha 0.3:0.7:0.1 --gamma 6,8,10 -o grid.rrd
   tmam sweep drive.mcap --set sonar.front.yaw=-5:5:0.5        is a mount off?
@@ -49,19 +50,23 @@ pub struct Args {
     /// Tell it in JSON (tmam.sweep/1)
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    quiet: Quiet,
     /// Write the grid as pictures for the Rerun viewer here
     #[arg(short, long = "output", value_name = "FILE.rrd", value_parser = ending_in("rrd"))]
     output: Option<PathBuf>,
-    /// The world in JSON, to hold cells against [default: the truth in the log, if there is one]
+    /// The world in JSON, to hold cells against [default: the truth in the log]
     #[arg(long, value_name = "WORLD.json", value_parser = read_world)]
     truth: Option<World>,
     /// Do not look at the truth, even if there is one
-    #[arg(long, conflicts_with = "truth")]
+    #[arg(long, conflicts_with = "truth", hide_short_help = true)]
     no_truth: bool,
     /// A range agrees with the echo model within this, or five of its standard deviations
-    #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE)]
+    #[arg(long, value_name = "M", default_value_t = AGREEING_RANGE, hide_short_help = true)]
     agree: f64,
-    /// Threads to replay in [default: one per processor]; the result is the same
+    /// Threads to replay in [default: one per processor]
+    ///
+    /// The result is the same.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     #[command(flatten)]
@@ -78,7 +83,12 @@ struct Axes {
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     alpha: Option<String>,
     /// Values of triple.beta: an intersection arc has theta_c > BETA * theta_i
-    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     beta: Option<String>,
     /// Values of triple.gamma, degrees: gate on the smaller angle
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
@@ -87,13 +97,24 @@ struct Axes {
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     step: Option<String>,
     /// Values of frames.step_angle, degrees: turn that opens a new frame
-    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     step_angle: Option<String>,
     /// Values of map.match_distance, metres: points nearer than this are one
-    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "VALUES",
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     match_distance: Option<String>,
-    /// Values of any other key with numbers, repeatable: sonar.front.yaw=-5:5:1; a text or a switch
-    /// holds for all cells: noise_aware.merge=false
+    /// Values of any other key, repeatable: sonar.front.yaw=-5:5:1
+    ///
+    /// A text or a switch holds for all cells: rule=paper, noise_aware.merge=false
     #[arg(long, value_name = "KEY=VALUES")]
     set: Vec<String>,
 }
@@ -111,7 +132,7 @@ impl Args {
         for path in [csv_path, output].into_iter().flatten() {
             Output::try_out(path)?;
         }
-        let progress = ReplaysProgress::new(grid.cells(), "cells");
+        let progress = ReplaysProgress::new(grid.cells(), "cells", !self.quiet.is_set());
         let plan = Plan {
             log: &self.log,
             config: &config,
@@ -128,21 +149,26 @@ impl Args {
         let sweep = plan.run(&|| progress.tick())?;
         drop(progress);
 
+        let mut outputs = Vec::new();
         if let Some(path) = csv_path {
-            Output::whole(path, |out| files::csv(out, &sweep))?;
+            let mut out = Output::create(path)?;
+            files::csv(&mut out, &sweep).map_err(|source| out.failed(source))?;
+            outputs.push(out);
         }
         if let Some(path) = output {
             let mut out = Output::create(path)?;
             let grid = files::drawn(&sweep).map_err(|source| out.failed(source))?;
             write_grid(&mut out, &grid)?;
-            out.commit()?;
+            outputs.push(out);
         }
+        let outputs = Settled::new(outputs)?;
         if self.json {
             Output::whole(Path::new("-"), |out| files::json(out, &sweep))?;
-        } else if ![csv_path, output].into_iter().flatten().any(is_stdout) {
+        } else if !outputs.to_stdout() {
             show(&text::text(&sweep, self.rows), false)?;
         }
-        show(&text::problems(&sweep), true)?;
+        show(&self.quiet.less(text::problems(&sweep)), true)?;
+        outputs.commit()?;
         Ok(Exit::of_whole(sweep.log.is_complete() && sweep.has_arcs()))
     }
 

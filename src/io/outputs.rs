@@ -64,15 +64,6 @@ pub struct Outputs {
     pub evaluation: Option<Output>,
 }
 
-/// What was written.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Written {
-    /// The files.
-    pub files: Vec<PathBuf>,
-    /// Whether one output went to standard output.
-    pub to_stdout: bool,
-}
-
 /// Why the outputs cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputsError {
@@ -202,13 +193,12 @@ fn named_after(log: &Path, extension: &str) -> PathBuf {
 }
 
 impl Outputs {
-    /// Gives every file its name.
+    /// Writes all of them to their ends.
     ///
     /// # Errors
-    /// When one of them cannot take its name.
-    pub fn commit(self) -> Result<Written, OutputError> {
-        let mut written = Written::default();
-        let mut outputs = [
+    /// When one of them cannot be written.
+    pub fn settle(self) -> Result<Settled, OutputError> {
+        let outputs = [
             self.recording,
             self.features,
             self.trace,
@@ -218,20 +208,46 @@ impl Outputs {
             self.arcs,
             self.evaluation,
         ];
-        // All of them are whole before the first takes its name: they appear together or not at all.
-        for output in outputs.iter_mut().flatten() {
-            output.settle()?;
-        }
-        for output in outputs.into_iter().flatten() {
-            let path = output.path().to_owned();
-            output.commit()?;
-            if is_stdout(&path) {
-                written.to_stdout = true;
-            } else {
-                written.files.push(path);
-            }
-        }
-        Ok(written)
+        Settled::new(outputs.into_iter().flatten())
+    }
+}
+
+/// Outputs that are whole, but have not taken their names: what is to be said of them is said before, and where
+/// that fails none appears.
+#[derive(Debug, Default)]
+pub struct Settled(Vec<Output>);
+
+impl Settled {
+    /// Writes outputs to their ends.
+    ///
+    /// # Errors
+    /// When one of them cannot be written.
+    pub fn new(outputs: impl IntoIterator<Item = Output>) -> Result<Self, OutputError> {
+        let mut outputs: Vec<Output> = outputs.into_iter().collect();
+        outputs.iter_mut().try_for_each(Output::settle)?;
+        Ok(Self(outputs))
+    }
+
+    /// The files.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let paths = self.0.iter().map(Output::path);
+        paths
+            .filter(|path| !is_stdout(path))
+            .map(Path::to_owned)
+            .collect()
+    }
+
+    /// Whether one output went to standard output.
+    pub fn to_stdout(&self) -> bool {
+        self.0.iter().any(|output| is_stdout(output.path()))
+    }
+
+    /// Gives every file its name.
+    ///
+    /// # Errors
+    /// When one of them cannot take its name.
+    pub fn commit(self) -> Result<(), OutputError> {
+        self.0.into_iter().try_for_each(Output::commit)
     }
 }
 

@@ -27,7 +27,7 @@ impl PathFormat {
     /// What the name of a file asks for; standard output takes text.
     pub fn of(file: &Path) -> Option<Self> {
         let extension = file.extension().and_then(|extension| extension.to_str());
-        match extension {
+        match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("tum" | "txt") => Some(Self::Tum),
             Some("mcap") => Some(Self::Mcap),
             _ => is_stdout(file).then_some(Self::Tum),

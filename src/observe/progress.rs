@@ -17,10 +17,10 @@ struct ProgressLine {
 }
 
 impl ProgressLine {
-    fn new(whole: u64) -> Self {
+    fn new(whole: u64, is_wanted: bool) -> Self {
         Self {
             whole,
-            is_shown: io::stderr().is_terminal(),
+            is_shown: is_wanted && io::stderr().is_terminal(),
             written: None,
         }
     }
@@ -55,13 +55,11 @@ impl Drop for ProgressLine {
 #[derive(Debug)]
 pub struct Doing(ProgressLine);
 
-impl Default for Doing {
-    fn default() -> Self {
-        Self(ProgressLine::new(0))
-    }
-}
-
 impl Doing {
+    pub fn new(is_wanted: bool) -> Self {
+        Self(ProgressLine::new(0, is_wanted))
+    }
+
     /// From now on it is this.
     pub fn tell(&mut self, what: &str) {
         if self.0.is_shown {
@@ -79,11 +77,11 @@ pub struct Progress {
 }
 
 impl Progress {
-    pub fn new(setting: &Setting<'_>) -> Self {
+    pub fn new(setting: &Setting<'_>, is_wanted: bool) -> Self {
         let source = setting.source;
         let span = source.end_ns.saturating_sub(source.start_ns);
         Self {
-            line: ProgressLine::new(u64::try_from(span).unwrap_or_default()),
+            line: ProgressLine::new(u64::try_from(span).unwrap_or_default(), is_wanted),
             start_ns: source.start_ns,
         }
     }
@@ -111,10 +109,10 @@ pub struct ReplaysProgress {
 }
 
 impl ReplaysProgress {
-    pub fn new(replays: usize, of: &'static str) -> Self {
+    pub fn new(replays: usize, of: &'static str, is_wanted: bool) -> Self {
         Self {
             of,
-            done: Mutex::new((ProgressLine::new(replays as u64), 0)),
+            done: Mutex::new((ProgressLine::new(replays as u64, is_wanted), 0)),
         }
     }
 

@@ -140,7 +140,10 @@ fn counts(setting: &Setting<'_>, outcome: &Outcome, bits: Option<&Bits>) -> Stri
     );
     let surplus = match tally.surplus {
         0 => String::new(),
-        n => format!(", {n} more than their frames had room for"),
+        n if setting.config.frames.step > 0.0 => {
+            format!("; {n} unused: a frame takes one reading of each sonar (--step 0 uses all)")
+        }
+        n => format!("; {n} unused: a frame takes one reading of each sonar"),
     };
     let (echoes, none) = (plural(tally.echoes, "echo"), tally.no_echoes);
     let [contact, intersection, unidentified] =

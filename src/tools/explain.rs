@@ -38,6 +38,7 @@ use crate::core::tmam::feature::MapFeature;
 use crate::core::tmam::hypothesis::Gate;
 use crate::core::tmam::label::{Label, Reason};
 use crate::core::tmam::prediction::Prediction;
+use crate::core::tmam::report::ArcReport;
 use crate::core::tmam::triple::TripleTest;
 use crate::tools::document;
 use crate::tools::evaluate::Truth;
@@ -407,6 +408,14 @@ impl Explanation {
             None => "",
         });
         text
+    }
+}
+
+/// The sentence that says what decided on an arc that is the middle of a triple.
+pub fn decision(report: &ArcReport, config: &Config) -> Option<String> {
+    match config.departures().label_by_opinion {
+        true => Window::decision_of(report, &config.opinion),
+        false => Some(AnglesStory::new(report.triple.as_ref()?, &config.triple).decision()),
     }
 }
 

@@ -34,7 +34,7 @@ impl MapFormat {
     /// What the name of a file asks for; standard output takes GeoJSON.
     pub fn of(file: &Path) -> Option<Self> {
         let extension = file.extension().and_then(|extension| extension.to_str());
-        match extension {
+        match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("geojson") => Some(Self::GeoJson),
             Some("csv") => Some(Self::Csv),
             Some("svg") => Some(Self::Svg),
@@ -190,6 +190,7 @@ mod tests {
         let of = |name: &str| MapFormat::of(Path::new(name));
         assert_eq!(of("a.b.geojson"), Some(MapFormat::GeoJson));
         assert_eq!(of("-"), Some(MapFormat::GeoJson));
+        assert_eq!(of("MAP.PGM"), Some(MapFormat::Pgm));
         assert_eq!(of("a.csv/a.pgm"), Some(MapFormat::Pgm));
         assert_eq!((of("a"), of("a.png")), (None, None));
         assert_eq!(beside(Path::new("out/a.pgm")), Some("out/a.yaml".into()));

@@ -191,7 +191,7 @@ fn a_time_and_a_place_name_an_arc() {
 fn suspects_come_worst_first_and_each_row_leads_to_its_story() {
     let bench = Bench::new();
     let log = sample("room_step.mcap");
-    let list = json(&bench.tmam(&log, &format!("explain {{}} --suspects 5 --json {PAPER}")));
+    let list = json(&bench.tmam(&log, &format!("explain {{}} --suspects=5 --json {PAPER}")));
     assert_eq!(list["schema"], "tmam.suspects/1");
     let worst = list["worst"].as_array().unwrap();
     assert_eq!(worst.len(), 5);
@@ -205,9 +205,11 @@ fn suspects_come_worst_first_and_each_row_leads_to_its_story() {
         assert_eq!(told["label"], suspect["label"]);
         assert_eq!(told["doubts"], suspect["doubts"]);
     }
-    let text = bench
-        .tmam(&log, &format!("explain {{}} --suspects 5 {PAPER}"))
-        .stdout;
+    // The log may stand behind the flag.
+    let text = bench.tmam(&log, &format!("explain --suspects=5 {PAPER} {{}}"));
+    let text = text.stdout;
+    let bare = bench.tmam(&log, &format!("explain {PAPER} --suspects {{}}"));
+    assert_eq!(bare.code, 0, "{}", bare.stderr);
     // One pattern, and a row that fills it in for each.
     let pattern = text.lines().filter(|line| line.contains("tmam explain"));
     assert_eq!(pattern.count(), 1, "{text}");
@@ -217,7 +219,11 @@ fn suspects_come_worst_first_and_each_row_leads_to_its_story() {
         let row = text
             .lines()
             .find(|line| line.starts_with(&begins) && line.contains(&frame));
-        assert!(row.is_some(), "{suspect} {text}");
+        let row = row.unwrap_or_else(|| panic!("{suspect} {text}"));
+        if let Some(id) = suspect["doubts"][0]["feature"].as_u64() {
+            let by_map = format!(" {} {id}", suspect["map"].as_str().unwrap());
+            assert!(row.ends_with(&by_map), "{by_map}: {row}");
+        }
     }
 }
 
@@ -248,7 +254,7 @@ fn what_is_not_there_is_said_with_what_is() {
             "--sensor sonar_00 --time 1 --start 5 --end 9",
             "from 5.200 s to 8.800 s",
         ),
-        ("--suspects 0", "0 is not in 1.."),
+        ("--suspects=0", "0 is not in 1.."),
         ("", "required"),
     ] {
         let run = bench.tmam(&log, &format!("explain {{}} {arguments}"));

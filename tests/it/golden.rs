@@ -47,6 +47,9 @@ fn tmam(bench: &Bench, arguments: &[&str], variables: &[(&str, &str)]) -> Run {
     }
 }
 
+/// What stands in the place of a file that was not fetched.
+const LFS_POINTER: &str = "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
+
 /// Where the golden files of the samples are.
 fn golden() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")

@@ -61,8 +61,8 @@ fn refuses(arguments: &[&str], says: &[&str]) {
 fn where_no_viewer_answers_nothing_is_written() {
     let url = format!("rerun+http://127.0.0.1:{}/proxy", free_port());
     let says = ["no viewer answers at", url.as_str(), "--spawn"];
-    refuses(&["--connect", &url, "-o", "run.rrd"], &says);
-    refuses(&["--connect", "127.0.0.1"], &["no viewer's address"]);
+    refuses(&[&format!("--connect={url}"), "-o", "run.rrd"], &says);
+    refuses(&["--connect=127.0.0.1"], &["no viewer's address"]);
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn one_that_listens_and_never_answers_is_no_viewer() {
     let url = format!("rerun+http://127.0.0.1:{port}/proxy");
     // Connections are taken by the system, and nobody reads from them.
     refuses(
-        &["--connect", &url],
+        &[&format!("--connect={url}")],
         &["the viewer at", "not all messages were sent"],
     );
     drop(listener);
@@ -82,7 +82,7 @@ fn one_that_listens_and_never_answers_is_no_viewer() {
 fn without_a_viewer_spawn_says_how_to_get_one() {
     let url = format!("rerun+http://127.0.0.1:{}/proxy", free_port());
     let says = ["`rerun` is not on the PATH", "pip install rerun-sdk=="];
-    refuses(&["--spawn", "--connect", &url], &says);
+    refuses(&["--spawn", &format!("--connect={url}")], &says);
 }
 
 #[cfg(unix)]
@@ -95,7 +95,11 @@ fn a_viewer_that_ends_at_once_is_told_of() {
     fs::set_permissions(&viewer, fs::Permissions::from_mode(0o755)).unwrap();
     let bench = Bench::new();
     let url = format!("rerun+http://127.0.0.1:{}/proxy", free_port());
-    let (code, stderr) = tmam(&bench, folder.path(), &["--spawn", "--connect", &url]);
+    let (code, stderr) = tmam(
+        &bench,
+        folder.path(),
+        &["--spawn", &format!("--connect={url}")],
+    );
     assert_eq!(code, 2, "{stderr}");
     assert!(
         stderr.contains("ended at once (exit status: 7)"),
@@ -166,7 +170,7 @@ fn an_open_viewer_gets_the_layout_first_and_then_the_whole_run() {
     let (code, stderr) = tmam(
         &bench,
         Path::new(""),
-        &["--connect", &url, "-o", "live.rrd"],
+        &[&format!("--connect={url}"), "-o", "live.rrd"],
     );
     assert_eq!((code, stderr.as_str()), (0, ""));
     let (code, stderr) = tmam(&bench, Path::new(""), &["-o", "file.rrd"]);

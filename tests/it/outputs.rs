@@ -103,6 +103,66 @@ fn a_full_output_is_an_error_and_leaves_none_of_the_others() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn what_cannot_be_told_of_is_not_written() {
+    let bench = Bench::new();
+    let log = sample("room_step.mcap").display().to_string();
+    for command in [
+        "replay {} --no-causes --features run.json --trace run.jsonl",
+        "report {} --no-causes -o page.html",
+        "sweep {} --gamma 8 --csv cells.csv",
+        "calibrate {} --write tmam.toml",
+        "reproduce -o docs",
+    ] {
+        let command = command.replace("{}", &log);
+        let run = bench.sh(&format!("tmam {command} > /dev/full; echo $? >&2; ls docs"));
+        assert!(
+            run.stderr.contains("cannot write standard output"),
+            "{command}: {}",
+            run.stderr
+        );
+        assert!(run.stderr.contains("\n2\n"), "{command}: {}", run.stderr);
+        assert_eq!(run.stdout, "", "{command}");
+        let mut files = bench.files();
+        files.remove("docs");
+        assert!(files.is_empty(), "{command}: {files:?}");
+    }
+}
+
+#[test]
+fn where_it_is_to_be_quiet_the_result_stands_alone() {
+    let bench = Bench::new();
+    // Without noise readings repeat, of which a note is made.
+    assert_eq!(bench.sh("tmam simulate -o log.mcap --steps 40").code, 0);
+    for command in [
+        "info log.mcap --no-causes",
+        "explain log.mcap --suspects",
+        "evaluate log.mcap",
+        "calibrate log.mcap",
+        "sweep log.mcap --gamma 8",
+        "report log.mcap --no-causes -o -",
+    ] {
+        let told = bench.sh(&format!("tmam {command}"));
+        let quiet = bench.sh(&format!("tmam {command} -q"));
+        assert_eq!(
+            (quiet.code, quiet.stderr.as_str()),
+            (told.code, ""),
+            "{command}"
+        );
+        assert_eq!(quiet.stdout, told.stdout, "{command}");
+        if !command.starts_with("info") {
+            assert!(
+                told.stderr.starts_with("note: "),
+                "{command}: {}",
+                told.stderr
+            );
+        }
+    }
+    let run = bench.sh("tmam report log.mcap --no-causes -o page.html -q");
+    assert_eq!((run.code, run.stdout + &run.stderr), (0, String::new()));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 #[cfg_attr(not(feature = "terminal"), ignore = "needs the feature terminal")]
 fn an_interrupted_run_leaves_nothing() {
     use std::os::unix::process::ExitStatusExt as _;

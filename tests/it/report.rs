@@ -24,7 +24,7 @@ fn a_page_shows_the_map_the_worst_suspect_and_needs_nothing_else() {
             .filter(|node| node.attribute("class") == Some(class))
             .count()
     };
-    let suspects = bench.tmam(&log, "explain {} --rule paper --suspects 1 --json");
+    let suspects = bench.tmam(&log, "explain {} --rule paper --suspects=1 --json");
     let suspects: serde_json::Value = serde_json::from_str(&suspects.stdout).unwrap();
     assert_eq!(
         suspects["suspects"],
@@ -39,6 +39,15 @@ fn a_page_shows_the_map_the_worst_suspect_and_needs_nothing_else() {
         worst["frame"]
     );
     assert!(page.contains(&said), "{said}");
+    let flags = worst["explain"].as_str().unwrap();
+    let story = bench.tmam(&log, &format!("explain {{}} --rule paper {flags}"));
+    let decided = story.stdout.lines().nth(2).unwrap().trim_end_matches('.');
+    let decided = quick_xml::escape::escape(decided).into_owned();
+    assert_eq!(
+        page.matches(&decided).count(),
+        2,
+        "{decided} in the headline and in the table"
+    );
 }
 
 #[test]

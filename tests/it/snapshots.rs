@@ -117,7 +117,7 @@ fn explain() {
             format!("--sensor sonar_04 --frame 120 {rule}"),
             format!("--sensor sonar_00 --time 12.5 {rule}"),
             format!("--at 3.95,2.02 {rule}"),
-            format!("--suspects 5 {rule}"),
+            format!("--suspects=5 {rule}"),
         ];
         let commands = arcs.map(|arguments| on(&arguments));
         session(&bench, name, &commands.each_ref().map(String::as_str));
@@ -128,7 +128,7 @@ fn explain() {
     ] {
         let commands = [
             on(&format!("--sensor sonar_04 --frame 57 --json {rule}")),
-            on(&format!("--suspects 5 --json {rule}")),
+            on(&format!("--suspects=5 --json {rule}")),
         ];
         session(&bench, name, &commands.each_ref().map(String::as_str));
     }

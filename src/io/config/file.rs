@@ -297,5 +297,23 @@ fn each_leaf(
     Ok(())
 }
 
+/// A line of a configuration as one types it: the quotes of a text may be left out, which the shell would take.
+///
+/// # Errors
+/// A line without `=`; whether it means anything else is for the configuration to say.
+pub fn assignment(line: &str) -> Result<String, String> {
+    if !line.contains('=') {
+        return Err("it has no `=`: give KEY=VALUE, such as frames.step=0.15".to_owned());
+    }
+    let bare = |(key, text): (&str, &str)| {
+        let value = Value::String(text.trim().to_owned());
+        format!("{} = {value}", key.trim())
+    };
+    Ok(match line.parse::<Table>() {
+        Ok(_) => line.to_owned(),
+        Err(_) => line.split_once('=').map_or_else(|| line.to_owned(), bare),
+    })
+}
+
 #[cfg(test)]
 mod tests;

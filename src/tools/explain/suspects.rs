@@ -1,6 +1,6 @@
 //! The arcs of a replay whose labels are contradicted most.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use comfy_table::CellAlignment;
@@ -10,12 +10,13 @@ use super::ExplainError;
 use super::history::Doubt;
 use super::question::{command, sonars};
 use super::sequences::Sequences;
+use crate::core::config::Rule;
 use crate::core::observer::{Observer, Setting};
 use crate::core::replay::{Outcome, Replay};
 use crate::core::rounding::{number, rounded};
 use crate::core::statistics::seconds;
 use crate::core::tmam::hypothesis::Support;
-use crate::core::tmam::label::Label;
+use crate::core::tmam::label::{Kind, Label};
 use crate::core::tmam::report::ArcReport;
 use crate::core::wording::counted;
 use crate::tools::tables::{TableColumn, optional, render, table};
@@ -39,6 +40,13 @@ pub struct Suspect {
     pub map: Option<Support>,
     /// The flags that name it, as one types them after `tmam explain LOG`.
     pub explain: String,
+}
+
+impl Suspect {
+    /// The feature of the map that contradicts it.
+    fn feature(&self) -> Option<u32> {
+        self.doubts.iter().find_map(|doubt| doubt.feature)
+    }
 }
 
 /// The suspects of a replay, worst first.
@@ -135,9 +143,13 @@ pub fn text(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
     let _ = write!(
         text,
         "\n{}\ndoubt: the opinion.gate from which on the label would not be suspect; - where no gate would\n\
-         do, since the map says otherwise. The whole story of one:\n  tmam explain {log} --sensor SONAR \
+         do, since the map says otherwise.{}\nThe whole story of one:\n  tmam explain {log} --sensor SONAR \
          --frame FRAME\n",
-        render(&rows)
+        render(&rows),
+        match setting.config.rule {
+            Rule::Paper => " The map is the noise-aware rule's, with its ids.",
+            Rule::NoiseAware => "",
+        }
     );
     text.push_str(&shared(list));
     text
@@ -145,16 +157,10 @@ pub fn text(setting: &Setting<'_>, log: &str, list: &Suspects) -> String {
 
 /// What the suspects that are listed share, where several share one cause.
 fn shared(list: &Suspects) -> String {
-    let mut causes = BTreeMap::<String, Vec<&Suspect>>::new();
+    let mut causes = BTreeMap::<(&str, Option<&str>), Vec<&Suspect>>::new();
     for suspect in &list.worst {
-        let cause = match suspect.map.and_then(Support::kind) {
-            Some(kind) => format!(
-                "{} where the map has a {}",
-                suspect.label.name(),
-                kind.name()
-            ),
-            None => format!("{} that its readings do not fit", suspect.label.name()),
-        };
+        let kind = suspect.map.and_then(Support::kind).map(Kind::name);
+        let cause = (suspect.label.name(), kind);
         causes.entry(cause).or_default().push(suspect);
     }
     let mut causes: Vec<_> = causes.into_iter().filter(|(_, of)| of.len() > 1).collect();
@@ -166,7 +172,7 @@ fn shared(list: &Suspects) -> String {
         true => "\nby cause, of those above:\n".to_owned(),
         false => "\nby cause:\n".to_owned(),
     };
-    for (cause, of) in causes {
+    for ((label, kind), of) in causes {
         let mut sonars = BTreeMap::<&str, u64>::new();
         for suspect in &of {
             *sonars.entry(&suspect.sensor).or_default() += 1;
@@ -175,7 +181,14 @@ fn shared(list: &Suspects) -> String {
             .iter()
             .map(|(sonar, count)| format!("{sonar} {count}"));
         let sonars = sonars.collect::<Vec<_>>().join(", ");
-        let _ = writeln!(text, "  {:>4}  {cause}: {sonars}", of.len());
+        let ids: BTreeSet<u32> = of.iter().filter_map(|suspect| suspect.feature()).collect();
+        let ids: Vec<String> = ids.iter().map(u32::to_string).collect();
+        let why = match (kind, ids.as_slice()) {
+            (Some(kind), [id]) => format!("where the map has {kind} {id}"),
+            (Some(kind), ids) => format!("where the map has {kind}s {}", ids.join(", ")),
+            (None, _) => "that its readings do not fit".to_owned(),
+        };
+        let _ = writeln!(text, "  {:>4}  {label} {why}: {sonars}", of.len());
     }
     text
 }
@@ -200,5 +213,8 @@ fn map(suspect: &Suspect) -> String {
         Some(Support::Circle) => "circle",
         None => "-",
     };
-    says.to_owned()
+    match suspect.feature() {
+        Some(id) => format!("{says} {id}"),
+        None => says.to_owned(),
+    }
 }

@@ -48,19 +48,34 @@ impl Window {
         let frame = |at: usize| sequence.get(at).map_or(0, |given| given.frame);
         let windows = (1..).zip(tests);
         windows
-            .map(|(half_width, test)| Self {
-                half_width,
-                first_frame: frame(place.saturating_sub(half_width)),
-                last_frame: frame(place + half_width),
-                chi2_line: test.chi2_line,
-                chi2_point: test.chi2_point,
-                chi2_circle: test.chi2_circle,
-                gate_circle: test.chi2_circle.map(|_| test.gate_circle),
-                gate: test.gate,
-                support: test.support,
-                decides: test.decided(decisive),
+            .map(|(half_width, test)| {
+                let frames = [place.saturating_sub(half_width), place + half_width].map(frame);
+                Self::new(half_width, test, frames, decisive)
             })
             .collect()
+    }
+
+    fn new(half_width: usize, test: &HypothesisTest, frames: [u32; 2], decisive: f64) -> Self {
+        let [first_frame, last_frame] = frames;
+        Self {
+            half_width,
+            first_frame,
+            last_frame,
+            chi2_line: test.chi2_line,
+            chi2_point: test.chi2_point,
+            chi2_circle: test.chi2_circle,
+            gate_circle: test.chi2_circle.map(|_| test.gate_circle),
+            gate: test.gate,
+            support: test.support,
+            decides: test.decided(decisive),
+        }
+    }
+
+    /// What the last of the windows around an arc came to.
+    pub fn decision_of(report: &ArcReport, bounds: &TestBounds) -> Option<String> {
+        let (test, frame) = (report.window.as_ref()?, report.arc.id.frame);
+        let last = Self::new(test.half_width(), test, [frame; 2], bounds.decisive);
+        Self::decision(&[last], end(report, bounds), bounds.decisive)
     }
 
     fn readings(&self) -> usize {

@@ -3,6 +3,7 @@
 mod late_part;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 
 use serde::Serialize;
 
@@ -27,8 +28,10 @@ pub struct Cause {
 
 /// Lengths, angles and shares that differ by less are rounding.
 const ROUNDING: f64 = 2e-6;
-/// A change explains another one where it leaves at most this share of its square.
+/// A scale or an offset explains other ranges of all sonars where it leaves at most this share of their square.
 const UNEXPLAINED: f64 = 0.05;
+/// The same of some sonars: what moved a sonar changes its ranges nearly so, too.
+const UNEXPLAINED_OF_SOME: f64 = 1e-3;
 
 /// A sonar of both logs, as it was and as it is.
 struct Pair<'a> {
@@ -416,11 +419,11 @@ fn ranges(pairs: &[Pair<'_>]) -> Option<String> {
     if other.is_empty() {
         return None;
     }
-    let who = match other.len() {
-        n if n == comparable.len() && n > 1 => format!("of all {n} sonars"),
+    let (who, unexplained) = match other.len() {
+        n if n == comparable.len() && n > 1 => (format!("of all {n} sonars"), UNEXPLAINED),
         _ => {
             let names: Vec<String> = other.iter().map(|pair| pair.name.to_owned()).collect();
-            format!("of {}", few(&names))
+            (format!("of {}", few(&names)), UNEXPLAINED_OF_SOME)
         }
     };
     let silent = other
@@ -452,7 +455,7 @@ fn ranges(pairs: &[Pair<'_>]) -> Option<String> {
     /// Ranges whose mean moves by less are where they were, metres.
     const STILL: f64 = 1e-3;
     let is_moved = moved > other.len() as f64 * STILL * STILL;
-    if is_moved && unscaled.min(not_offset) <= UNEXPLAINED * moved {
+    if is_moved && unscaled.min(not_offset) <= unexplained * moved {
         return Some(match unscaled <= not_offset {
             true => format!(
                 "scaled by {scale:.4} ({:+.2} %), {who}",
@@ -513,6 +516,8 @@ fn driven(then: &OdometryProfile, now: &OdometryProfile) -> Option<String> {
     /// A path is scaled where turns, and the end on a way that leads away, agree with that.
     const SCALED: f64 = 1e-3;
     let percent = |share: f64| format!("{:+.2} %", share * 100.0);
+    let [before, after] = [then.turned, now.turned].map(f64::to_degrees);
+    let in_all = format!("{before:.0} -> {after:.0} deg in all");
     let end_scales = (reached - reach * (1.0 + longer)).abs() <= 0.3 * then.path * longer.abs();
     let is_same = |a: f64, b: f64| (a - b).abs() <= 1e-4;
     let is_same_way = is_same(longer, 0.0)
@@ -530,21 +535,110 @@ fn driven(then: &OdometryProfile, now: &OdometryProfile) -> Option<String> {
         ));
     } else if longer.abs() > SCALED && turned.abs() < 0.2 * longer.abs() && end_scales {
         said.push(format!("distances {} ({path})", percent(longer)));
-    } else if turned.abs() > SCALED && longer.abs() < 0.1 * turned.abs() {
-        let degrees = [then.turned, now.turned].map(f64::to_degrees);
-        let [before, after] = degrees;
-        said.push(format!(
-            "turns {} ({before:.0} -> {after:.0} deg in all; {path})",
-            percent(turned)
-        ));
+    } else if turned.abs() > SCALED
+        && longer.abs() < 0.1 * turned.abs()
+        && turns_scaled(then, now, turned)
+    {
+        said.push(format!("turns {} ({in_all}; {path})", percent(turned)));
     } else if !is_same_way {
         let off = libm::hypot(u - x, v - y);
         let turn = wrap_angle(heading - yaw).to_degrees();
+        let also = match turned.abs() > SCALED {
+            true => format!(", turns {in_all}"),
+            false => String::new(),
+        };
         said.push(format!(
-            "{path}, it ends {off:.2} m and {turn:+.1} deg from where it did"
+            "{path}{also}, it ends {off:.2} m and {turn:+.1} deg from where it did"
         ));
     } else if said.is_empty() {
         said.push(format!("other poses on the same way, {path}"));
     }
     Some(said.join(", "))
+}
+
+/// Whether all turns are wider by a share, as then is what they come to; of that the whole turns are not known. A
+/// heading that scatters adds up to more as well, but comes to anything.
+fn turns_scaled(then: &OdometryProfile, now: &OdometryProfile, share: f64) -> bool {
+    /// Headings that differ by less are the same, radians.
+    const SAME: f64 = 1e-3;
+    let ([.., net], [.., net_now]) = (then.end, now.end);
+    /// Of so many whole turns one way, what is left of them says nothing any more.
+    const MOST: f64 = 100.0;
+    let most = libm::ceil(then.turned / TAU).min(MOST) as i32;
+    let mut nets = (-most..=most).map(|whole| net + f64::from(whole) * TAU);
+    nets.any(|net| {
+        let is_off = wrap_angle(net_now - (1.0 + share) * net).abs();
+        net.abs() <= then.turned + SAME && is_off <= SAME
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A drive of 18 m with five turns by 90 deg, one of them back, of which each is wider by `more`.
+    fn drive(more: f64, scatter: f64) -> OdometryProfile {
+        let quarter = 90_f64.to_radians() * (1.0 + more);
+        OdometryProfile {
+            stamps: Stamps::of([0, 100_000_000_000].into_iter()),
+            start: [1.0, 1.0, 0.0],
+            end: [more, more, wrap_angle(3.0 * quarter + scatter)],
+            path: 18.0,
+            turned: 5.0 * quarter + 20.0 * scatter,
+            digest: format!("{more} {scatter}"),
+        }
+    }
+
+    #[test]
+    fn a_sonar_that_was_moved_has_no_scale() {
+        let now = |mean: f64, spread: f64| SonarProfile {
+            mean,
+            spread,
+            digest: "now".to_owned(),
+            ..profile()
+        };
+        let (then, other) = (profile(), profile());
+        let said = |now: &SonarProfile| {
+            let pairs = [("front", &then, now), ("rear", &other, &other)];
+            let pairs = pairs.map(|(name, then, now)| Pair { name, then, now });
+            ranges(&pairs).unwrap()
+        };
+        // Of a log in which the sonar sat 7 cm further back.
+        let moved = said(&now(1.163839, 0.63347));
+        assert_eq!(moved, "mean 1.1848 -> 1.1638 m, of front");
+        let scaled = said(&now(1.184777 * 0.97, 0.639668 * 0.97));
+        assert_eq!(scaled, "scaled by 0.9700 (-3.00 %), of front");
+        let offset = said(&now(1.184777 + 0.03, 0.639668));
+        assert_eq!(offset, "offset by +30.0 mm, of front");
+    }
+
+    fn profile() -> SonarProfile {
+        SonarProfile {
+            mount: [0.2, 0.0, 0.0],
+            beam_width: None,
+            limits: [None; 2],
+            variance: None,
+            stamps: Stamps::of(0..17),
+            echoes: 17,
+            mean: 1.184777,
+            spread: 0.639668,
+            roughness: 0.2,
+            digest: "then".to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_heading_that_scatters_is_no_scale_of_turns() {
+        let said = |now: OdometryProfile| driven(&drive(0.0, 0.0), &now).unwrap();
+        for more in [0.03, -0.02, 0.4] {
+            let scaled = said(drive(more, 0.0));
+            let begins = format!("turns {:+.2} % (450 -> ", more * 100.0);
+            assert!(scaled.starts_with(&begins), "{scaled}");
+        }
+        let scattering = said(drive(0.0, 0.07));
+        assert_eq!(
+            scattering,
+            "path 18.00 -> 18.00 m, turns 450 -> 530 deg in all, it ends 0.00 m and +4.0 deg from where it did"
+        );
+    }
 }

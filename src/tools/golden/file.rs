@@ -18,6 +18,7 @@ use super::tolerance::Tolerance;
 use crate::core::config::Config;
 use crate::io::config::file::check;
 use crate::io::schema::{Relation, in_words, of_file, relation};
+use crate::io::text_file::read_bytes;
 use crate::tools::document::render;
 
 /// The format's name and version.
@@ -141,7 +142,7 @@ impl Golden {
     /// # Errors
     /// A file that cannot be read, is of another schema, or contradicts itself.
     pub fn read(path: &Path) -> Result<(Self, Vec<String>), GoldenError> {
-        let bytes = std::fs::read(path).map_err(|source| GoldenError::Read {
+        let bytes = read_bytes(path).map_err(|source| GoldenError::Read {
             path: path.to_owned(),
             source,
         })?;

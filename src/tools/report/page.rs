@@ -20,6 +20,7 @@ use crate::core::tmam::label::Label;
 use crate::core::tmam::report::ArcReport;
 use crate::core::wording::counted;
 use crate::observe::contradiction::{against, in_words, word};
+use crate::tools::explain::decision;
 
 /// Suspects that are listed, at most.
 const MOST_ROWS: usize = 25;
@@ -35,7 +36,7 @@ figure{margin:.8rem 0;border:1px solid #d5dae1;border-radius:6px}svg{display:blo
 figcaption{padding:.4rem .8rem;color:#566;font-size:.9rem}\
 .wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:.92rem}\
 th,td{text-align:left;padding:.25rem .6rem;border-bottom:1px solid #e3e6ea;white-space:nowrap}\
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}td.words{white-space:normal}\
+td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}td.words{white-space:normal;min-width:11rem}\
 pre{background:#f3f5f7;padding:.6rem .8rem;border-radius:6px;overflow-x:auto;font-size:.88rem}\
 h2{break-after:avoid}@media print{body{margin:0;max-width:none}figure,tr{break-inside:avoid}}\
 @media(max-width:600px){th,td{padding:.25rem .35rem;font-size:.85rem}.numbers div{padding:.3rem .6rem;min-width:5rem}\
@@ -88,10 +89,11 @@ pub fn page(
         let arc = worst.arc.id;
         let _ = writeln!(
             html,
-            "<p class=\"said\">Worst: {}, frame {}: {}.</p>",
+            "<p class=\"said\">Worst: {}, frame {}: {}. What decided: {}.</p>",
             shown(name_of(setting.sonars, arc.sonar)),
             arc.frame,
-            in_words(worst)
+            in_words(worst),
+            shown(&decision(worst, setting.config).unwrap_or_default()),
         );
     }
     let arcs: Vec<Arc> = suspects.iter().map(|report| report.arc).collect();
@@ -194,7 +196,7 @@ fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
     let listed = suspects.len().min(MOST_ROWS);
     let mut html = format!(
         "<h2>Suspects: the worst {listed} of {}</h2>\n<div class=\"wide\"><table><tr><th class=\"n\">frame</th>\
-         <th class=\"n\">time s</th><th>sonar</th><th>taken for a</th><th>but</th>{}</tr>\n",
+         <th class=\"n\">time s</th><th>sonar</th><th>taken for a</th><th>but</th>{}<th>what decided</th></tr>\n",
         suspects.len(),
         if names { "<th>there is</th>" } else { "" }
     );
@@ -203,7 +205,7 @@ fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
         let _ = writeln!(
             html,
             "<tr><td class=\"n\">{}</td><td class=\"n\">{:.2}</td><td>{}</td><td>{}</td>\
-             <td class=\"words\">{}</td>{}</tr>",
+             <td class=\"words\">{}</td>{}<td class=\"words\">{}</td></tr>",
             arc.id.frame,
             seconds(setting.origin_ns, arc.stamp_ns),
             shown(name_of(setting.sonars, arc.id.sonar)),
@@ -213,7 +215,8 @@ fn table_of_suspects(suspects: &[&ArcReport], setting: &Setting<'_>) -> String {
                 feature_cell(report)
             } else {
                 String::new()
-            }
+            },
+            shown(&decision(report, setting.config).unwrap_or_default()),
         );
     }
     html.push_str("</table></div>\n");

@@ -5,7 +5,7 @@ use toml::{Table, Value};
 use crate::core::config::Config;
 use crate::core::legible::one_line;
 use crate::core::rounding::rounded;
-use crate::io::config::file::{ConfigError, check, overridden};
+use crate::io::config::file::{ConfigError, assignment, check, overridden};
 use crate::io::config::keys::{self, Unit};
 
 /// More cells than this are more than a person waits for.
@@ -477,7 +477,9 @@ impl Request {
         for text in set {
             // Numbers never hold an equals sign, quoted keys may.
             match text.rsplit_once('=') {
-                Some((_, spec)) if is_setting(spec) => request.settings.push(text.clone()),
+                Some((key, spec)) if is_setting(spec) || !takes_numbers(key) => {
+                    request.settings.extend(assignment(text));
+                }
                 Some((key, spec)) => request.axes.push(Axis::parse(key.trim(), spec.trim())?),
                 None => return Err(AxisError::of_values(text, "", ValuesError::NotNumbers)),
             }
@@ -486,7 +488,7 @@ impl Request {
     }
 }
 
-/// A text, a switch or a list of them: no axis. (10:20:10 is a time of day to TOML, and an axis here.)
+/// A text in quotes, a switch or a list of them: no axis. (10:20:10 is a time of day to TOML, and an axis here.)
 fn is_setting(spec: &str) -> bool {
     let value = format!("value = {spec}").parse::<toml::Table>();
     let is_other = value.is_ok_and(|table| {
@@ -494,6 +496,13 @@ fn is_setting(spec: &str) -> bool {
         value.is_some_and(|value| value.is_str() || value.is_bool() || value.is_array())
     });
     values(spec).is_err() && is_other
+}
+
+/// Whether a key is one of numbers; what is no key is told elsewhere.
+fn takes_numbers(key: &str) -> bool {
+    let text = format!("{} = 1", with_quoted_stars(key));
+    let with_number = overridden(&Config::default(), &text);
+    !matches!(with_number, Err(ConfigError::WrongKind { .. }))
 }
 
 #[cfg(test)]

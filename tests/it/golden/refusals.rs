@@ -193,6 +193,9 @@ fn a_golden_file_that_makes_no_sense_is_refused() {
     let bench = bench_with("room_drive", |_| {});
     bench.put("golden/room_drive.golden.json", b"{\"schema\": \"tmam.gol");
     assert_eq!(said(&bench, &path_of("room_drive.mcap")).0, 2);
+    bench.put(name, super::LFS_POINTER);
+    let (code, text) = said(&bench, &path_of("room_drive.mcap"));
+    assert!(code == 2 && text.contains("`git lfs pull`"), "{text}");
 }
 
 #[test]

@@ -11,6 +11,7 @@ use crate::support::{Bench, sample};
 fn what_is_wrong_with_a_value_stands_in_every_report() {
     let bench = bench_with("room_drive", |_| {});
     bench.put("suite.toml", "[require.room_drvie]\nwalls = '>= 6'\n");
+    bench.put("pointer", super::LFS_POINTER);
     let log = path_of("room_drive.mcap");
     for (more, said) in [
         (["--partition", "3/2"], "`3/2` is no part of a suite"),
@@ -19,6 +20,14 @@ fn what_is_wrong_with_a_value_stands_in_every_report() {
         (
             ["--suite", "suite.toml"],
             "[require.room_drvie] asks something of a log",
+        ),
+        (
+            ["--suite", "pointer"],
+            "cannot read pointer: it is what Git LFS",
+        ),
+        (
+            ["--config", "pointer"],
+            "cannot read pointer: it is what Git LFS",
         ),
     ] {
         let check = ["check", &log, "--golden", "golden", "--json"];

@@ -116,3 +116,18 @@ fn a_value_of_the_wrong_kind_is_told_by_its_key_and_what_that_means() {
         assert!(!message.contains("variant"), "{message}");
     }
 }
+
+#[test]
+fn a_text_needs_no_quotes() {
+    let line = assignment("rule=paper").unwrap();
+    assert_eq!(line, "rule = \"paper\"");
+    let line = assignment("input.robot_frame = base/link 'a'").unwrap();
+    assert_eq!(
+        line.parse::<Table>().unwrap()["input"]["robot_frame"].as_str(),
+        Some("base/link 'a'")
+    );
+    for line in ["rule='paper'", "triple.gamma=8", "input.sonars=[\"a\"]"] {
+        assert_eq!(assignment(line).unwrap(), line);
+    }
+    assert!(assignment("nonsense").unwrap_err().contains("KEY=VALUE"));
+}

@@ -16,6 +16,7 @@ use super::record::{
 };
 use super::source::{CHAIN, Prefix, Source};
 use super::summary::{Index, Listing, Tail, data_agrees};
+use crate::io::text_file::LFS_POINTER;
 
 /// What is done with records that only the data section's checksum covers, where that does not
 /// agree: any of them may be damaged.
@@ -54,10 +55,7 @@ const OTHERS: [(&[u8], &str); 5] = [
         b"SQLite format 3",
         "it is a .db3 file of a rosbag2 folder: `ros2 bag convert` makes a log of it",
     ),
-    (
-        b"version https://git-lfs",
-        "it is what Git LFS puts in the place of a file: `git lfs pull` fetches the file",
-    ),
+    LFS_POINTER,
     (
         b"RRF",
         "it is a recording for the Rerun viewer: `rerun` opens it, and `tmam diff` compares it; the log that it was made of is wanted",

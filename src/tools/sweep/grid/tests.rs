@@ -120,6 +120,8 @@ fn axes_and_settings_are_told_apart() {
         "triple.gamma=10:20:10",
         "noise_aware.merge=false",
         "map.gate = 9",
+        "rule=paper",
+        "input.sonars=a*",
     ];
     let request = Request::new(
         &[("triple.alpha", Some("0.3,0.5")), ("triple.beta", None)],
@@ -129,7 +131,12 @@ fn axes_and_settings_are_told_apart() {
     let keys: Vec<String> = request.axes.iter().map(Axis::key).collect();
     assert_eq!(keys, ["triple.alpha", "triple.gamma", "map.gate"]);
     assert_eq!(request.axes[1].values, [10.0, 20.0]);
-    assert_eq!(request.settings, ["noise_aware.merge=false"]);
+    let settings = [
+        "noise_aware.merge=false",
+        "rule = \"paper\"",
+        "input.sonars = \"a*\"",
+    ];
+    assert_eq!(request.settings, settings);
 }
 
 #[test]
