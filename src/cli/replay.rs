@@ -280,7 +280,8 @@ impl Args {
         let mounts_from = config.input.mounts_from.as_ref();
         requested.inputs.extend(mounts_from.map(PathBuf::from));
         let mut truth = requested.arcs.is_some().then(RecordedTruth::default);
-        let survey = survey::as_it_is_with(path, config, truth.as_mut())?;
+        let overlaps = is_alone && self.overlaps();
+        let survey = survey::as_it_is_with(path, config, truth.as_mut(), overlaps)?;
         let log = &survey.log;
         if self.strict && !log.losses.is_empty() {
             return Err(Error::Incomplete {
@@ -298,7 +299,6 @@ impl Args {
 
         let named = quoted(&path.display().to_string());
         let named = format!("{named}{}", self.parameters.as_typed());
-        let overlaps = is_alone && self.overlaps();
         let file = outputs.recording.as_mut();
         let file = file.map(|out| out as &mut (dyn io::Write + Send));
         let mut recording = None;

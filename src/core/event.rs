@@ -1,7 +1,6 @@
 //! What a log yields: sonars, range readings and odometry samples, in stamp order.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::core::geometry::Pose2;
@@ -96,8 +95,8 @@ pub struct OdometrySample {
 pub struct Readings {
     rows: Vec<Row>,
     beams: Vec<Beam>,
-    /// The place of the beam of each sonar's last reading.
-    last: BTreeMap<SonarId, u32>,
+    /// The place of the beam of each sonar's last reading; beyond all beams for a sonar without one.
+    last: Vec<u32>,
 }
 
 /// What each reading says anew.
@@ -257,14 +256,16 @@ impl Readings {
 
     /// The place of a beam among the beams, where the sonar's last reading had it, or else a new one.
     fn place_of(&mut self, beam: Beam, sonar: SonarId) -> u32 {
-        let is_known = |last: &u32| beam_at(&self.beams, *last).is_some_and(|it| it.is(&beam));
-        if let Some(known) = self.last.get(&sonar).copied().filter(is_known) {
-            return known;
+        let sonars = self.last.len().max(sonar.index() + 1);
+        self.last.resize(sonars, u32::MAX);
+        let Some(last) = self.last.get_mut(sonar.index()) else {
+            return u32::MAX;
+        };
+        if !beam_at(&self.beams, *last).is_some_and(|it| it.is(&beam)) {
+            *last = u32::try_from(self.beams.len()).unwrap_or(u32::MAX); // 128 GiB
+            self.beams.push(beam);
         }
-        let place = u32::try_from(self.beams.len()).unwrap_or(u32::MAX); // 128 GiB
-        self.beams.push(beam);
-        self.last.insert(sonar, place);
-        place
+        *last
     }
 }
 

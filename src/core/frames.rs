@@ -20,7 +20,7 @@ pub struct Frame {
     /// The robot at that stamp.
     pub world_from_robot: Pose2,
     /// What was corrected, where the pose is not odometry's own.
-    pub correction: Option<Correction>,
+    pub correction: Option<Box<Correction>>,
     /// What each sonar gave, sorted by sonar; a sonar that did not fire has no entry.
     pub entries: Vec<Entry>,
 }

@@ -54,10 +54,10 @@ impl CorrectedPath {
         let mut corrected = frame.clone();
         let odom_from_robot = frame.world_from_robot;
         corrected.world_from_robot = self.correct(frame.stamp_ns, &odom_from_robot);
-        corrected.correction = Some(Correction {
+        corrected.correction = Some(Box::new(Correction {
             odom_from_robot,
             covariance: self.covariance(frame.stamp_ns),
-        });
+        }));
         for entry in &mut corrected.entries {
             entry.pose_variance = (self.drift).between_key_poses(
                 &self.keys,

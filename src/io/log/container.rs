@@ -36,4 +36,4 @@ mod walker;
 pub use folder::{drives, is_one_recording, place_of_ending};
 pub use loss::Loss;
 pub use record::{Channel, RawMessage, Schema};
-pub use walker::{OpenError, Unchecked, walk, walk_in};
+pub use walker::{OpenError, Unchecked, walk, walk_in, walk_with};

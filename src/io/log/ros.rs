@@ -145,6 +145,11 @@ impl Layout {
         Some(Self::new(Dialect::Ros2, type_name, own.as_bytes()))
     }
 
+    /// Whether a message carries nothing, however deep it is.
+    fn is_blank(&self) -> bool {
+        self.least_bytes == 0 || self.fields.is_empty()
+    }
+
     fn of(dialect: Dialect, fields: Vec<(Rc<str>, Field)>) -> Result<Rc<Self>, DefinitionError> {
         let least = |field: &Field| match field.count {
             Count::One => field.element.least_bytes(),
@@ -355,26 +360,22 @@ fn representation(encapsulation: u16) -> &'static str {
 #[derive(Debug)]
 pub struct Decoder {
     dialect: Dialect,
-    plan: Plan,
+    plan: Vec<Act>,
     wanted: usize,
 }
 
-/// What is taken of the messages of a type.
+/// What is done with the next bytes of a message; places are those of the wanted paths.
 #[derive(Debug)]
-struct Plan {
-    layout: Rc<Layout>,
-    /// One for each field of the layout.
-    takes: Vec<Take>,
-}
-
-/// What is taken of a field, and for which of the wanted paths.
-#[derive(Debug)]
-enum Take {
-    Nothing,
-    /// It itself.
-    Whole(Vec<usize>),
-    /// That it is there, for the first, and what is in it, for all.
-    Inside(Vec<usize>, Plan, Vec<usize>),
+enum Act {
+    Skip(Field),
+    /// A number, for a place.
+    Number(Number, usize),
+    /// One value, or an array of them, for some places.
+    Take(Field, Vec<usize>),
+    /// Says that a message is there, which takes no bytes.
+    Tell(Vec<usize>),
+    /// An array of messages: that they are there for the first places, what is in them for all.
+    Columns(Field, Vec<usize>, Vec<Act>, Vec<usize>),
 }
 
 impl Decoder {
@@ -384,7 +385,7 @@ impl Decoder {
         let wanted: Vec<(usize, &str)> = paths.filter(|(_, path)| !path.is_empty()).collect();
         Self {
             dialect,
-            plan: Plan::new(layout, &wanted),
+            plan: plan(layout, &wanted),
             wanted: wanted.last().map_or(0, |(last, _)| last + 1),
         }
     }
@@ -420,29 +421,43 @@ impl Decoder {
     }
 }
 
-impl Plan {
-    fn new(layout: &Rc<Layout>, wanted: &[(usize, &str)]) -> Self {
-        let take = |(name, field): &(Rc<str>, Field)| {
-            let inside = wanted
-                .iter()
-                .filter_map(|(slot, path)| Some((*slot, behind(path, name)?)));
-            let (itself, inside): (Vec<_>, Vec<_>) = inside.partition(|(_, path)| path.is_empty());
-            let slots: Vec<usize> = itself.into_iter().map(|(slot, _)| slot).collect();
-            match &field.element {
-                _ if slots.is_empty() && inside.is_empty() => Take::Nothing,
-                Element::Nested(layout) if !inside.is_empty() => {
+/// What is done with the messages of a type, for the wanted paths. Those in them that are one have their acts in
+/// their place: no depth of types is gone through again with every message.
+fn plan(layout: &Layout, wanted: &[(usize, &str)]) -> Vec<Act> {
+    let mut acts = Vec::new();
+    if layout.is_blank() {
+        // Of a struct without fields, the byte is taken.
+        let element = Element::Number(Number::U8);
+        let count = Count::One;
+        acts.extend((layout.least_bytes > 0).then_some(Act::Skip(Field { element, count })));
+        return acts;
+    }
+    for (name, field) in &layout.fields {
+        let inside = wanted
+            .iter()
+            .filter_map(|(slot, path)| Some((*slot, behind(path, name)?)));
+        let (itself, inside): (Vec<_>, Vec<_>) = inside.partition(|(_, path)| path.is_empty());
+        let slots: Vec<usize> = itself.into_iter().map(|(slot, _)| slot).collect();
+        match (&field.element, slots.as_slice()) {
+            (_, []) if inside.is_empty() => acts.push(Act::Skip(field.clone())),
+            (Element::Nested(layout), _) if !inside.is_empty() => {
+                let within = plan(layout, &inside);
+                if field.count == Count::One {
+                    acts.extend(within);
+                    acts.push(Act::Tell(slots));
+                } else {
                     let mut all = slots.clone();
                     all.extend(inside.iter().map(|(slot, _)| *slot));
-                    Take::Inside(slots, Self::new(layout, &inside), all)
+                    acts.push(Act::Columns(field.clone(), slots, within, all));
                 }
-                _ => Take::Whole(slots),
             }
-        };
-        Self {
-            layout: Rc::clone(layout),
-            takes: layout.fields.iter().map(take).collect(),
+            (Element::Number(number), [slot]) if field.count == Count::One => {
+                acts.push(Act::Number(*number, *slot));
+            }
+            _ => acts.push(Act::Take(field.clone(), slots)),
         }
     }
+    acts
 }
 
 /// What each field is of a time, where two whole numbers are called as those of a time.
@@ -472,22 +487,24 @@ struct Reader<'m> {
 }
 
 impl<'m> Reader<'m> {
-    fn read(&mut self, plan: &Plan, out: &mut [Value<'m>]) -> Result<(), RosError> {
-        if self.is_blank(&plan.layout)? {
-            return Ok(());
-        }
-        for ((_, field), take) in plan.layout.fields.iter().zip(&plan.takes) {
-            match take {
-                Take::Nothing => self.skip(field)?,
-                Take::Whole(slots) => {
+    fn read(&mut self, plan: &[Act], out: &mut [Value<'m>]) -> Result<(), RosError> {
+        for act in plan {
+            match act {
+                Act::Skip(field) => self.skip(field)?,
+                Act::Number(number, slot) => {
+                    let value = self.number(*number)?;
+                    if let Some(place) = out.get_mut(*slot) {
+                        *place = value;
+                    }
+                }
+                Act::Take(field, slots) => {
                     let value = self.whole(field)?;
                     put(out, slots, value);
                 }
-                Take::Inside(slots, plan, _) if field.count == Count::One => {
-                    self.read(plan, out)?;
-                    put(out, slots, Value::Message);
+                Act::Tell(slots) => put(out, slots, Value::Message),
+                Act::Columns(field, slots, plan, all) => {
+                    self.columns(field, plan, slots, all, out)?;
                 }
-                Take::Inside(slots, plan, all) => self.columns(field, plan, slots, all, out)?,
             }
         }
         Ok(())
@@ -497,13 +514,14 @@ impl<'m> Reader<'m> {
     fn columns(
         &mut self,
         field: &Field,
-        plan: &Plan,
+        plan: &[Act],
         slots: &[usize],
         all: &[usize],
         out: &mut [Value<'m>],
     ) -> Result<(), RosError> {
         let count = self.count(field)?;
-        let mut columns = vec![Vec::with_capacity(count); all.len()];
+        let column = |_: &usize| Vec::with_capacity(count);
+        let mut columns: Vec<_> = all.iter().map(column).collect();
         for _ in 0..count {
             self.read(plan, out)?;
             put(out, slots, Value::Message);
@@ -584,21 +602,13 @@ impl<'m> Reader<'m> {
     }
 
     fn skip_message(&mut self, layout: &Layout) -> Result<(), RosError> {
-        if self.is_blank(layout)? {
-            return Ok(());
+        if layout.is_blank() {
+            return self.take(layout.least_bytes).map(|_| ());
         }
         layout
             .fields
             .iter()
             .try_for_each(|(_, field)| self.skip(field))
-    }
-
-    /// Whether a message carries nothing, however deep it is; of a struct without fields, the byte is taken.
-    fn is_blank(&mut self, layout: &Layout) -> Result<bool, RosError> {
-        if layout.fields.is_empty() {
-            self.take(layout.least_bytes)?;
-        }
-        Ok(layout.least_bytes == 0 || layout.fields.is_empty())
     }
 
     /// How many elements follow, held against the bytes that are left before anything is reserved. Of what
@@ -666,10 +676,13 @@ impl<'m> Reader<'m> {
         Ok(bytes)
     }
 
+    /// To a multiple of the size of a number, which is a power of two: every field comes by here, and divisions
+    /// take long.
     fn align(&mut self, size: usize) -> Result<(), RosError> {
         let place = self.length - self.rest.len();
-        if self.cdr && !place.is_multiple_of(size) {
-            self.take(size - place % size)?;
+        let padding = place.wrapping_neg() & (size - 1);
+        if self.cdr && padding > 0 {
+            self.take(padding)?;
         }
         Ok(())
     }

@@ -59,7 +59,7 @@ pub struct Survey {
 /// # Errors
 /// A file that cannot be read or is no MCAP file, and a configuration that is not allowed.
 pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
-    let (gathered, channels, losses, clocks) = look(path, config, None)?;
+    let (gathered, channels, losses, clocks) = look(path, config, None, false)?;
     let mending = Mending {
         file: file_name(path),
         config: config.clone(),
@@ -79,10 +79,11 @@ pub fn survey(path: &Path, config: &Config) -> Result<Survey, LogError> {
 /// # Errors
 /// As [`read`](super::read).
 pub fn as_it_is(path: &Path, config: &Config) -> Result<Survey, LogError> {
-    as_it_is_with(path, config, None)
+    as_it_is_with(path, config, None, false)
 }
 
-/// The same, and the truth that the log carries.
+/// The same, and the truth that the log carries; with `ahead`, the next part of the file is unpacked on a thread while
+/// the last one is decoded.
 ///
 /// # Errors
 /// As [`read`](super::read).
@@ -90,8 +91,9 @@ pub fn as_it_is_with(
     path: &Path,
     config: &Config,
     truth: Option<&mut RecordedTruth>,
+    ahead: bool,
 ) -> Result<Survey, LogError> {
-    let (gathered, channels, losses, clocks) = look(path, config, truth)?;
+    let (gathered, channels, losses, clocks) = look(path, config, truth, ahead)?;
     let finished = assemble(gathered, file_name(path), config, channels, &losses);
     let finished = finished.map_err(|stopped| stopped.into_error(&losses))?;
     Ok(Survey {
@@ -114,12 +116,13 @@ fn look(
     path: &Path,
     config: &Config,
     mut truth: Option<&mut RecordedTruth>,
+    ahead: bool,
 ) -> Result<Looked, LogError> {
     let mut channels = Channels::new(config)?;
     let mut gatherer = Gatherer::new(config);
     take_mounts_from(config, &mut gatherer)?;
     let mut clocks = Clocks::default();
-    let losses = container::walk(path, unchecked(config), &mut |channel, message| {
+    let losses = container::walk_with(path, unchecked(config), ahead, &mut |channel, message| {
         let read = channels.read(channel, message);
         let stamp = read.as_ref().and_then(|read| stamp(&read.content));
         clocks.take(channel.id, message.log_time, stamp);

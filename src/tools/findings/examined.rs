@@ -86,7 +86,7 @@ impl Examined<'_> {
 
     /// What a replay of the log as it is explains; `None` where there was none.
     pub fn explained(&self) -> Option<Explained> {
-        self.facts.replay.outcome.as_ref().map(Explained::new)
+        self.facts.replay.explained()
     }
 
     /// What a replay explains with other keys, where that is plainly more than as it is, or where there was

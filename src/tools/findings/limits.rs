@@ -26,16 +26,18 @@ fn found(of: &Examined<'_>) -> Option<Finding> {
     let readings = &of.survey.log.events.readings;
     let measured = |reading: &RangeReading| reading.range.is_finite() && reading.range > 0.0;
     let is_wrong = |sonar: &&SonarFacts| {
-        let of_sonar = || {
-            readings
-                .iter()
-                .filter(|reading| reading.sonar == sonar.id)
-                .filter(measured)
-        };
-        let beyond = || of_sonar().filter(|reading| reading.classify() != Return::Echo);
-        let values: BTreeSet<u64> = beyond().map(|reading| reading.range.to_bits()).collect();
-        let share = fraction(beyond().count() as u64, of_sonar().count() as u64);
-        sonar.limits_are_senseless() || (values.len() >= ENOUGH && share > MANY)
+        let (mut all, mut beyond, mut values) = (0, 0, BTreeSet::new());
+        for reading in readings.of_sonar(sonar.id).filter(measured) {
+            all += 1;
+            if reading.classify() != Return::Echo {
+                beyond += 1;
+                if values.len() < ENOUGH {
+                    values.insert(reading.range.to_bits());
+                }
+            }
+        }
+        let is_beyond = values.len() >= ENOUGH && fraction(beyond, all) > MANY;
+        sonar.limits_are_senseless() || is_beyond
     };
     let wrong: Vec<&SonarFacts> = sonars.iter().filter(is_wrong).collect();
     let first = *wrong.first()?;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::core::config::Config;
-use crate::core::event::{Events, OdometrySample};
+use crate::core::event::{Events, OdometrySample, RangeReading};
 use crate::core::geometry::angle_between;
 use crate::core::odometry::Track;
 use crate::core::rounding::{number, optional};
@@ -98,6 +98,8 @@ pub fn odometry(
         let instants = events.readings.iter().map(|r| track.instant_ns(&r));
         instants.filter(|instant| test(*instant)).count() as u64
     };
+    let mut near = 0;
+    let with_pose = |r: &RangeReading| track.world_from_robot_next(r, &mut near).is_ok();
     Some(OdometryFacts {
         topic: topic.unwrap_or_default().to_owned(),
         samples: samples.len() as u64,
@@ -113,7 +115,7 @@ pub fn odometry(
         distance: ways.iter().map(|leap| leap.distance).sum(),
         turning: neighbours(samples, twice).map(turn).sum(),
         readings: events.readings.len() as u64,
-        readings_with_pose: count(&|instant| track.world_from_robot(instant).is_ok()),
+        readings_with_pose: events.readings.iter().filter(with_pose).count() as u64,
         readings_before: count(&|instant| instant < first.stamp_ns),
         readings_after: count(&|instant| instant > last.stamp_ns),
     })
@@ -131,7 +133,7 @@ fn leap(a: &OdometrySample, b: &OdometrySample) -> Leap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::event::{RangeReading, Readings, SonarId};
+    use crate::core::event::{Readings, SonarId};
     use crate::core::geometry::Pose2;
 
     #[test]

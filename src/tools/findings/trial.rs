@@ -1,5 +1,6 @@
 //! A replay that writes nothing, to see what comes of a log.
 
+use std::cell::OnceCell;
 use std::path::Path;
 
 use serde::{Serialize, Serializer};
@@ -41,6 +42,9 @@ pub struct Trial {
     /// What it refused at first.
     #[serde(skip)]
     pub refused: Vec<ReplayError>,
+    /// What its map explains, once asked for.
+    #[serde(skip)]
+    pub explained: OnceCell<Explained>,
 }
 
 impl Trial {
@@ -51,7 +55,14 @@ impl Trial {
             outcome: None,
             config,
             refused: Vec::new(),
+            explained: OnceCell::new(),
         }
+    }
+
+    /// What its map explains; `None` where nothing was replayed.
+    pub fn explained(&self) -> Option<Explained> {
+        let outcome = self.outcome.as_ref()?;
+        Some(*self.explained.get_or_init(|| Explained::new(outcome)))
     }
 
     /// Replays a log, with other parameters where those of `config` do not fit it.

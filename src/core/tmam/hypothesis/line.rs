@@ -10,6 +10,12 @@ use crate::core::tmam::arc::{Arc, BEAM_SLACK};
 /// How far beyond the beams a line is tried that fits best at their edge, radians.
 const BEYOND: f64 = 0.01;
 
+/// Steps of Newton's method, at most: from a sample on three or four suffice.
+const NEWTON_STEPS: u32 = 8;
+
+/// Newton's method ends at a turn of so many radians: the next one would be the square of that.
+const SETTLED: f64 = 1e-8;
+
 /// The line that fits best of those whose normals lie in all beams.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BestLine {
@@ -46,12 +52,29 @@ pub fn best(arcs: &[Arc]) -> BestLine {
     let chi2 = |normal: Vec2| {
         (constant + 2.0 * linear.dot(&normal) + normal.dot(&(quadratic * normal))).max(0.0)
     };
+    // Half of slope and curvature over the bearing follow from the same sums; the normal turns without a sine.
+    let bottom = |mut normal: Vec2| {
+        for _ in 0..NEWTON_STEPS {
+            let across = Vec2::new(-normal.y, normal.x);
+            let pull = linear + quadratic * normal;
+            let curvature = across.dot(&(quadratic * across)) - pull.dot(&normal);
+            if curvature <= 0.0 {
+                return None;
+            }
+            let turn = -pull.dot(&across) / curvature;
+            normal = (normal + across * turn).normalize();
+            if turn.abs() < SETTLED {
+                return Some(normal);
+            }
+        }
+        None
+    };
     let bearings = Bearings {
         axis: yaw,
         low,
         high,
     };
-    let (_, least) = least(&bearings, |all| all.map(chi2), chi2);
+    let (_, least) = least(&bearings, |all| all.map(chi2), bottom, chi2);
     let beside = [low - BEYOND, high + BEYOND].map(|place| chi2(unit(yaw + place)));
     let beside = beside[0].min(beside[1]);
     BestLine {

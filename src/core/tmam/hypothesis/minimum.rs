@@ -29,10 +29,12 @@ pub struct Bearings {
 /// The best of evenly spaced samples, refined between its neighbours.
 ///
 /// `coarse` is the function at the samples, where it need not be exact: all at once, so that a processor
-/// works at several side by side.
+/// works at several side by side. `bottom` is where Newton's method leads from a sample, if anywhere; that is where
+/// the function is least as long as it lies beside the sample and is no edge of what is allowed.
 pub fn least(
     bearings: &Bearings,
     coarse: impl FnOnce(&[Vec2; PLACES]) -> [f64; PLACES],
+    bottom: impl FnOnce(Vec2) -> Option<Vec2>,
     function: impl Fn(Vec2) -> f64,
 ) -> (Vec2, f64) {
     let step = (bearings.high - bearings.low) / f64::from(SAMPLES);
@@ -46,15 +48,24 @@ pub fn least(
         );
         sample
     });
-    let (mut best, mut least) = (0, f64::INFINITY);
-    for (k, value) in (0_u32..).zip(coarse(&samples)) {
+    let (mut best, mut least, mut sample) = (0, f64::INFINITY, direction);
+    for ((k, value), direction) in (0_u32..).zip(coarse(&samples)).zip(samples) {
         if value < least {
-            (best, least) = (k, value);
+            (best, least, sample) = (k, value, direction);
         }
     }
     let at = |place: f64| unit(bearings.axis + place);
     if least.is_infinite() {
         return (at(bearings.low), least);
+    }
+    if let Some(bottom) = bottom(sample) {
+        let off = sample.perp(&bottom);
+        let is_beyond = (best == 0 && off < 0.0) || (best == SAMPLES && off > 0.0);
+        let found = if is_beyond { sample } else { bottom };
+        let value = function(found);
+        if value <= least && (is_beyond || off.abs() < turn.y) {
+            return (found, value);
+        }
     }
     let place = bearings.low + step * f64::from(best);
     let (low, high) = (
@@ -133,14 +144,15 @@ fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bearings, least};
-    use crate::core::geometry::{Vec2, direction, wrap_angle};
+    use super::{Bearings, PLACES, least};
+    use crate::core::geometry::{Vec2, direction, unit, wrap_angle};
 
     /// The least of a function of the bearing off an axis, and where it is.
     fn least_of(low: f64, high: f64, function: impl Fn(f64) -> f64) -> (f64, f64) {
         let axis = 2.5;
         let of = |towards: Vec2| function(wrap_angle(direction(towards) - axis));
-        let (towards, value) = least(&Bearings { axis, low, high }, |all| all.map(of), of);
+        let bearings = Bearings { axis, low, high };
+        let (towards, value) = least(&bearings, |all| all.map(of), |_| None, of);
         (wrap_angle(direction(towards) - axis), value)
     }
 
@@ -170,6 +182,28 @@ mod tests {
         assert!((place + 1.0).abs() < 1e-6, "{place}");
         let (place, _) = least_of(-1.0, 1.0, |x| if x < 0.35 { f64::INFINITY } else { x });
         assert!((place - 0.35).abs() < 1e-5, "{place}");
+    }
+
+    #[test]
+    fn newtons_method_is_followed_beside_the_best_sample_and_nowhere_else() {
+        let bearings = Bearings {
+            axis: 0.0,
+            low: -1.0,
+            high: 1.0,
+        };
+        let of = |towards: Vec2| {
+            let off = direction(towards) - 0.3;
+            off * off
+        };
+        let samples = |all: &[Vec2; PLACES]| all.map(of);
+        for (bottom, found) in [(0.3001, 0.3001), (0.5, 0.3), (-2.0, 0.3)] {
+            let (towards, _) = least(&bearings, samples, |_| Some(unit(bottom)), of);
+            assert!((direction(towards) - found).abs() < 1e-7, "{bottom}");
+        }
+        let falling = |towards: Vec2| -direction(towards);
+        let beyond = |_| Some(unit(1.2));
+        let (towards, _) = least(&bearings, |all| all.map(falling), beyond, falling);
+        assert!((direction(towards) - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -42,8 +42,31 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         let (way, chi2) = moments.best_on_ray(along, middle.range);
         (middle.center() + along * way, chi2)
     };
+    let half = middle.beam_width / 2.0;
+    let bearings = Bearings {
+        axis: middle.world_from_sensor.yaw,
+        low: -half,
+        high: half,
+    };
     let least_held = Cell::new(f64::INFINITY);
-    let least_of = |point: Vec2, chi2: f64| {
+    let coarse = |all: &[Vec2; PLACES]| {
+        let (ways, mut values) = moments.best_on_rays(all, middle.range);
+        let points = || (all.iter().zip(ways)).map(|(along, way)| middle.center() + along * way);
+        // The best one that the beams hold: which of the others they hold does not matter.
+        while let Some((value, point)) =
+            (values.iter_mut().zip(points())).min_by(|(a, _), (b, _)| a.total_cmp(b))
+            && value.is_finite()
+        {
+            if held(point) {
+                least_held.set(*value);
+                break;
+            }
+            *value = f64::INFINITY;
+        }
+        values
+    };
+    let fine = |along| {
+        let (point, chi2) = point_at(along);
         // What is no less than a point that the beams hold need not be looked for in them.
         if chi2 >= least_held.get() {
             return chi2;
@@ -54,24 +77,7 @@ pub fn least_chi2(arcs: &[Arc]) -> f64 {
         least_held.set(chi2);
         chi2
     };
-    let half = middle.beam_width / 2.0;
-    let bearings = Bearings {
-        axis: middle.world_from_sensor.yaw,
-        low: -half,
-        high: half,
-    };
-    let coarse = |all: &[Vec2; PLACES]| {
-        let (ways, mut values) = moments.best_on_rays(all, middle.range);
-        for ((along, way), value) in all.iter().zip(ways).zip(&mut values) {
-            *value = least_of(middle.center() + along * way, *value);
-        }
-        values
-    };
-    let fine = |along| {
-        let (point, chi2) = point_at(along);
-        least_of(point, chi2)
-    };
-    let (along, value) = least(&bearings, coarse, fine);
+    let (along, value) = least(&bearings, coarse, |_| None, fine);
     if value.is_infinite() {
         return f64::INFINITY;
     }
@@ -183,18 +189,17 @@ impl Moments {
 
     /// The same along many rays, roughly, without a branch.
     fn best_on_rays(&self, all: &[Vec2; PLACES], start: f64) -> ([f64; PLACES], [f64; PLACES]) {
-        let rays = all.map(|along| self.projected(along));
-        let mut ways = [(start, true); PLACES];
-        for _ in 0..COARSE_STEPS {
-            for ((way, is_in_valley), ray) in ways.iter_mut().zip(rays) {
+        let (mut ways, mut values) = ([start; PLACES], [0.0; PLACES]);
+        for ((along, way), value) in all.iter().zip(&mut ways).zip(&mut values) {
+            let ray = self.projected(*along);
+            let mut is_in_valley = true;
+            for _ in 0..COARSE_STEPS {
                 let (next, is_valley) = self.step(*way, ray);
-                *is_in_valley &= is_valley;
-                *way = if *is_in_valley { next } else { *way };
+                is_in_valley &= is_valley;
+                *way = if is_in_valley { next } else { *way };
             }
+            *value = self.chi2(*way, ray);
         }
-        let ways = ways.map(|(way, _)| way);
-        let mut rays = rays.into_iter();
-        let values = ways.map(|way| rays.next().map_or(way, |ray| self.chi2(way, ray)));
         (ways, values)
     }
 

@@ -72,9 +72,9 @@ pub fn find(
     };
     for arc in arcs.iter().filter(|arc| !hardly.contains(&arc.id.sonar)) {
         if prediction.associate(arc).all().is_empty() {
-            heard.unexplained.push(*arc);
+            heard.unexplained.push(arc);
         } else {
-            heard.explained.push(*arc);
+            heard.explained.push(arc);
         }
     }
     let confirmed = features.iter().filter(|f| f.status == Status::Confirmed);
@@ -109,9 +109,9 @@ pub fn find(
 }
 
 /// The crossing in or beside a cell of two arcs of different sonars, out of a few, that most arcs pass.
-fn crossing(cell: Cell, of: &[Arc], around: &[Arc]) -> Option<Vec2> {
+fn crossing(cell: Cell, of: &[&Arc], around: &[&Arc]) -> Option<Vec2> {
     let stride = of.len().div_ceil(TRIED).max(1);
-    let tried: Vec<&Arc> = of.iter().step_by(stride).collect();
+    let tried: Vec<&Arc> = of.iter().copied().step_by(stride).collect();
     let pairs = tried.iter().enumerate().flat_map(|(at, a)| {
         let others = tried.iter().skip(at + 1);
         others.map(move |b| (*a, *b))
@@ -124,7 +124,7 @@ fn crossing(cell: Cell, of: &[Arc], around: &[Arc]) -> Option<Vec2> {
             angle.min(PI - angle) >= TRANSVERSAL && cell.is_near(point.on_a)
         });
     let near = |place: Vec2| {
-        let passes = |arc: &&Arc| agrees(place, arc, 2.0 * SIGMAS * SIGMAS);
+        let passes = |arc: &&&Arc| agrees(place, arc, 2.0 * SIGMAS * SIGMAS);
         around.iter().filter(passes).count()
     };
     let best = crossings.fold((0, None), |best, point| match near(point.on_a) {
@@ -153,17 +153,17 @@ fn agrees(place: Vec2, arc: &Arc, gate: f64) -> bool {
 
 /// What was heard, apart by whether the map explains it.
 #[derive(Debug, Default)]
-struct Heard {
-    unexplained: Vec<Arc>,
-    explained: Vec<Arc>,
+struct Heard<'a> {
+    unexplained: Vec<&'a Arc>,
+    explained: Vec<&'a Arc>,
     /// Readings that a point needs.
     fewest: usize,
 }
 
-impl Heard {
+impl Heard<'_> {
     /// The point near a place in a cell, where enough speaks for one. What passes `around` tells at once of most places
     /// that there is none.
-    fn point_at(&self, place: Vec2, cell: Cell, around: &[Arc]) -> Option<CrossingPoint> {
+    fn point_at(&self, place: Vec2, cell: Cell, around: &[&Arc]) -> Option<CrossingPoint> {
         let near = self.gathered(place, around)?;
         let beside = around.len() - near.arcs.len();
         if near.arcs.len() < FITTING * beside || !cell.is_near(near.point.position) {
@@ -177,7 +177,7 @@ impl Heard {
     }
 
     /// The point that readings near a place are of, all of them together.
-    fn gathered(&self, place: Vec2, arcs: &[Arc]) -> Option<CrossingPoint> {
+    fn gathered(&self, place: Vec2, arcs: &[&Arc]) -> Option<CrossingPoint> {
         let mut found = CrossingPoint {
             point: Point {
                 position: place,
@@ -188,7 +188,7 @@ impl Heard {
         for _ in 0..ROUNDS {
             let place = found.point.position;
             let agrees = |arc: &&Arc| agrees(place, arc, SIGMAS * SIGMAS);
-            let agreeing: Vec<Arc> = arcs.iter().filter(agrees).copied().collect();
+            let agreeing: Vec<Arc> = arcs.iter().copied().filter(agrees).copied().collect();
             if agreeing.len() < self.fewest.max(SONARS) {
                 return None;
             }
@@ -279,22 +279,22 @@ fn most_on_one_wall(arcs: &[Arc], theta: f64) -> usize {
 /// Where arcs pass, in cells of [`CELL`].
 struct Cells {
     /// Cells with the places of the arcs that pass through them, in order.
-    passing: Vec<(Cell, usize)>,
+    passing: Vec<(Cell, u32)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Cell(i64, i64);
+struct Cell(i32, i32);
 
 impl Cell {
     fn of(place: Vec2) -> Self {
         Self(
-            (place.x / CELL).floor() as i64,
-            (place.y / CELL).floor() as i64,
+            (place.x / CELL).floor() as i32,
+            (place.y / CELL).floor() as i32,
         )
     }
 
     fn middle(self) -> Vec2 {
-        Vec2::new(self.0 as f64 + 0.5, self.1 as f64 + 0.5) * CELL
+        Vec2::new(f64::from(self.0) + 0.5, f64::from(self.1) + 0.5) * CELL
     }
 
     /// Whether a place lies in it or in one of its neighbours, or hardly beyond.
@@ -304,10 +304,10 @@ impl Cell {
 }
 
 impl Cells {
-    fn of(arcs: &[Arc]) -> Self {
+    fn of(arcs: &[&Arc]) -> Self {
         let stride = arcs.len().div_ceil(MOST_ARCS).max(1);
-        let places = arcs.iter().enumerate().step_by(stride);
-        let mut passing: Vec<(Cell, usize)> = places
+        let places = (0..).zip(arcs).step_by(stride);
+        let mut passing: Vec<(Cell, u32)> = places
             .filter(|(_, arc)| arc.range * arc.beam_width <= LONGEST)
             .flat_map(|(at, arc)| {
                 let steps = (2.0 * arc.range * arc.beam_width / CELL).ceil().max(1.0) as u32;
@@ -331,7 +331,7 @@ impl Cells {
         full.into_iter().map(|(_, cell)| cell).collect()
     }
 
-    fn places(&self, cell: Cell) -> impl Iterator<Item = usize> {
+    fn places(&self, cell: Cell) -> impl Iterator<Item = u32> {
         let from = self.passing.partition_point(|(other, _)| *other < cell);
         let rest = self.passing.get(from..).unwrap_or_default();
         let here = rest.iter().take_while(move |(other, _)| *other == cell);
@@ -339,24 +339,26 @@ impl Cells {
     }
 
     /// The arcs that pass through a cell.
-    fn arcs(&self, cell: Cell, arcs: &[Arc]) -> Vec<Arc> {
-        self.places(cell)
-            .filter_map(|at| arcs.get(at))
-            .copied()
-            .collect()
+    fn arcs<'a>(&self, cell: Cell, arcs: &[&'a Arc]) -> Vec<&'a Arc> {
+        at(arcs, self.places(cell))
     }
 
     /// Those that pass through it or through one of its neighbours.
-    fn around(&self, cell: Cell, arcs: &[Arc]) -> Vec<Arc> {
-        let steps = || -1..=1;
-        let cells = steps().flat_map(|x| steps().map(move |y| Cell(cell.0 + x, cell.1 + y)));
-        let places: BTreeSet<usize> = cells.flat_map(|cell| self.places(cell)).collect();
-        places
-            .into_iter()
-            .filter_map(|at| arcs.get(at))
-            .copied()
-            .collect()
+    fn around<'a>(&self, Cell(x, y): Cell, arcs: &[&'a Arc]) -> Vec<&'a Arc> {
+        let beside = |at: i32| [-1, 0, 1].map(|step| at.saturating_add(step));
+        let cells = beside(x).map(|x| beside(y).map(|y| Cell(x, y)));
+        let places = cells.as_flattened().iter();
+        let mut places: Vec<u32> = places.flat_map(|cell| self.places(*cell)).collect();
+        places.sort_unstable();
+        places.dedup();
+        at(arcs, places)
     }
+}
+
+/// The arcs at some places.
+fn at<'a>(arcs: &[&'a Arc], places: impl IntoIterator<Item = u32>) -> Vec<&'a Arc> {
+    let arcs = |place| arcs.get(usize::try_from(place).ok()?).copied();
+    places.into_iter().filter_map(arcs).collect()
 }
 
 #[cfg(test)]

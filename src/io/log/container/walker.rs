@@ -82,13 +82,30 @@ pub fn walk(
     unchecked: Unchecked,
     visit: &mut Visit<'_>,
 ) -> Result<Vec<Loss>, OpenError> {
+    walk_with(path, unchecked, false, visit)
+}
+
+/// The same; with `ahead`, the next chunk is unpacked on a thread while `visit` sees the messages of the one before.
+///
+/// # Errors
+/// As [`walk`].
+pub fn walk_with(
+    path: &Path,
+    unchecked: Unchecked,
+    ahead: bool,
+    visit: &mut Visit<'_>,
+) -> Result<Vec<Loss>, OpenError> {
     // Opening a pipe would wait for a writer.
     let metadata = std::fs::metadata(path)?;
     match metadata.file_type() {
-        kind if kind.is_dir() => walk_folder(path, unchecked, visit),
+        kind if kind.is_dir() => walk_folder(path, unchecked, ahead, visit),
         kind if !kind.is_file() => Err(OpenError::NoFile),
         _ if metadata.len() == 0 => Err(OpenError::Empty),
-        _ => walk_in(unpacked(File::open(path)?)?, unchecked, visit),
+        _ => {
+            let mut walker = Walker::new(unpacked(File::open(path)?)?, unchecked, visit)?;
+            walker.ahead = ahead;
+            Ok(walker.run()?)
+        }
     }
 }
 
@@ -97,6 +114,7 @@ pub fn walk(
 fn walk_folder(
     folder: &Path,
     unchecked: Unchecked,
+    ahead: bool,
     visit: &mut Visit<'_>,
 ) -> Result<Vec<Loss>, OpenError> {
     let parts = parts(folder)?;
@@ -108,7 +126,7 @@ fn walk_folder(
     for part in parts {
         // By its number in the part, the number in the whole.
         let mut numbers = BTreeMap::new();
-        let lost = walk(&part, unchecked, &mut |channel, message| {
+        let lost = walk_with(&part, unchecked, ahead, &mut |channel, message| {
             let place = *numbers.entry(channel.id).or_insert_with(|| {
                 let is_it = |known: &Channel| {
                     known.topic == channel.topic
@@ -160,6 +178,8 @@ struct Walker<'v, R> {
     /// Whether the data section's checksum agrees, once that was asked.
     section: Option<bool>,
     unchecked: Unchecked,
+    /// Whether the next chunk is unpacked while the last one is used.
+    ahead: bool,
     /// What no checksum vouches for.
     distrusted: Option<Loss>,
 }
@@ -196,6 +216,7 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             losses,
             section: None,
             unchecked,
+            ahead: false,
             distrusted: None,
         })
     }
@@ -368,6 +389,9 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             self.losses.add(loss.spanning(listed).losing(messages));
         }
         if is_used {
+            if self.ahead {
+                self.begin(next)?;
+            }
             let inside = self.delivery.records(self.unpacker.last(), false);
             if let Some(why) = inside.why {
                 let lost = (!inside.overrun).then_some(inside.lost);
@@ -377,6 +401,21 @@ impl<'v, R: Read + Seek> Walker<'v, R> {
             }
         }
         Ok(Some(next))
+    }
+
+    /// Begins to unpack what comes next, if that is a chunk.
+    fn begin(&mut self, at: u64) -> io::Result<()> {
+        let Some(prefix) = self.source.prefix(at)? else {
+            return Ok(());
+        };
+        if prefix.opcode == op::CHUNK
+            && prefix.end(at) <= self.limit(at)
+            && let Some(header) = self.sound_header(at, prefix)?
+        {
+            let from = at + PREFIX + header.length;
+            self.unpacker.begin(&mut self.source, from, header)?;
+        }
+        Ok(())
     }
 
     /// Takes a schema or channel outside of chunks, or says why not.

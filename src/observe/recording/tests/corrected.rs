@@ -23,10 +23,10 @@ fn corrected() -> Vec<Frame> {
     for frame in &mut frames {
         let off = 0.01 * f64::from(frame.index);
         let pose = frame.world_from_robot;
-        frame.correction = Some(Correction {
+        frame.correction = Some(Box::new(Correction {
             odom_from_robot: Pose2::new(pose.x, pose.y + off, pose.yaw - 0.1),
             covariance: Matrix3::identity() * 1e-4,
-        });
+        }));
     }
     frames
 }
