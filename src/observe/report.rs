@@ -310,7 +310,10 @@ fn hearing(setting: &Setting<'_>, outcome: &Outcome) -> Vec<CountRow> {
             let count = hearing.oblique;
             (count > 0).then(|| format!("{count}{}", beam.unwrap_or_default()))
         });
-        let what = format!("heard from rough walls at an angle: {}", of_sonars.join(", "));
+        let what = format!(
+            "heard from rough walls at an angle: {}",
+            of_sonars.join(", ")
+        );
         rows.push(("oblique", oblique, what));
     }
     if setting.config.method != Method::Tmam || setting.config.rule == Rule::Paper {

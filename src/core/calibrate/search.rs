@@ -60,8 +60,12 @@ const WELL: f64 = 0.95;
 
 /// What leaves more than half of a log unexplained is not what was off.
 const HALF: f64 = 0.5;
-/// Nor do least squares tell of one sonar where not so much is explained.
+/// Where less than this is explained, a wrong map leads least squares astray ...
 const MOSTLY: f64 = 0.85;
+/// ... and what they find of one sonar gains less by chance, bits an arc.
+const LEAST_GAIN_IN_TROUBLE: f64 = 0.12;
+/// A mount that least squares move by more is off the robot, metres.
+const BEYOND: f64 = 0.3;
 /// A range scale that is off by more is found by other means.
 const FAR_OFF: f64 = 0.2;
 
@@ -197,9 +201,9 @@ fn corrected(replay: &Replay<'_>, outcome: &Outcome) -> Option<Vec<OdometrySampl
     Some(corrected.collect())
 }
 
-fn is_of_one_sonar<'a>(group: impl IntoIterator<Item = &'a Parameter>) -> bool {
-    let is_one = |parameter: &Parameter| matches!(parameter, Parameter::Sonar(Whose::One(_), _));
-    group.into_iter().all(is_one)
+fn is_of_one_sonar(values: &[Estimated]) -> bool {
+    let is_one = |one: &Estimated| matches!(one.parameter, Parameter::Sonar(Whose::One(_), _));
+    values.iter().all(is_one)
 }
 
 /// Looks for what is off. `replay` and `outcome` are those of the log as configured.
@@ -426,7 +430,7 @@ impl Searcher<'_> {
             }
             trials += 1;
             // What one sonar is off hardly moves the path, and where odometry's stands nothing does.
-            let is_at_held = now.path.is_none() || is_of_one_sonar(&group);
+            let is_at_held = now.path.is_none() || is_of_one_sonar(&candidate.values);
             if is_at_held {
                 held = held.or_else(|| self.held(now));
             }
@@ -435,7 +439,7 @@ impl Searcher<'_> {
                 continue;
             };
             let values = found.values(&group, now);
-            if gain > self.least(&group, at, [now, &found])
+            if gain > self.least(&values, at, [now, &found])
                 && explains_more(&values, &now.standing.bits, &found.standing.bits)
                 && are_clear(&values, found.estimates.seconds)
                 && found.bears_out(&values)
@@ -527,21 +531,25 @@ impl Searcher<'_> {
     }
 
     /// What a cause must gain, bits.
-    fn least(&self, group: &[Parameter], held: Option<&Ground>, both: [&Tried; 2]) -> f64 {
+    fn least(&self, values: &[Estimated], held: Option<&Ground>, both: [&Tried; 2]) -> f64 {
         let [now, found] = both;
         // Odometry's own poses may drift, and what fits them then fits by chance, too. With what makes a correction
         // needless they do not.
         let is_mended = now.path.is_some() && found.path.is_none();
         let may_drift = self.config.poses == Poses::Odometry || found.path.is_some();
+        let is_troubled = found.standing.bits.explained_share() < Some(MOSTLY);
         let of_arc = match held {
-            Some(_) if is_of_one_sonar(group) => 0.0,
+            Some(_) if is_of_one_sonar(values) && is_troubled && is_fitted(values) => {
+                LEAST_GAIN_IN_TROUBLE
+            }
+            Some(_) if is_of_one_sonar(values) => 0.0,
             Some(_) => LEAST_GAIN_OF_ALL,
             None if is_mended || !may_drift => LEAST_GAIN_OF_ALL,
             None => LEAST_GAIN_OF_A_PATH,
         };
         let of_arcs = of_arc * now.standing.bits.arcs as f64;
         let choice = OF_CHOICE * libm::log2(now.estimates.groups().len() as f64);
-        of_arcs.max(LEAST_GAIN + OF_PARAMETER * group.len() as f64 + choice)
+        of_arcs.max(LEAST_GAIN + OF_PARAMETER * values.len() as f64 + choice)
     }
 
     /// A candidate, estimated anew as long as that gains, and the gain. What gains at a held path must do so where
@@ -591,25 +599,32 @@ impl Searcher<'_> {
     }
 }
 
-/// Whether a log is explained better, and enough so of one that stays troubled: there a wrong map leads least squares
-/// astray. Beams and ranges that are far off are not found by these.
+/// Whether a log is explained better, and enough so of one that stays troubled where it is not one sonar's alone.
 fn explains_more(values: &[Estimated], before: &Bits, after: &Bits) -> bool {
     let (Some(before), Some(after)) = (before.explained_share(), after.explained_share()) else {
         return false;
     };
-    let is_fitted = |one: &Estimated| match one.parameter {
-        Parameter::Sonar(_, Quantity::Yaw | Quantity::BeamWidth) => false,
-        Parameter::Sonar(_, Quantity::RangeScale) => one.value.abs() < FAR_OFF,
-        _ => true,
+    let is_unlikely = |one: &Estimated| match one.parameter {
+        Parameter::Sonar(_, Quantity::Delay) => true,
+        Parameter::Sonar(_, Quantity::X | Quantity::Y) => one.value.abs() > BEYOND,
+        _ => false,
     };
-    let is_one = is_of_one_sonar(values.iter().map(|one| &one.parameter));
-    let least = match is_one {
-        true if values.iter().all(is_fitted) => MOSTLY,
+    let least = match is_of_one_sonar(values) {
+        true if is_fitted(values) && values.iter().any(is_unlikely) => MOSTLY,
         true => HALF,
         false => TROUBLED,
     };
     let is_enough = after > least || after - before >= TOLD_OF_TROUBLE * (1.0 - before);
     after > HALF && after >= before && is_enough
+}
+
+/// Whether least squares find it, and not beams or trials of what is far off.
+fn is_fitted(values: &[Estimated]) -> bool {
+    values.iter().all(|one| match one.parameter {
+        Parameter::Sonar(_, Quantity::Yaw | Quantity::BeamWidth) => false,
+        Parameter::Sonar(_, Quantity::RangeScale) => one.value.abs() < FAR_OFF,
+        _ => true,
+    })
 }
 
 /// What may be off by a replay: what is far off first, since it leads least squares astray.

@@ -62,7 +62,7 @@ pub struct Rcd {
     regions: Vec<Region>,
     /// Neighbouring readings of a sonar on the spot, and how far the sonar turned between them at least.
     on_the_spot: u64,
-    least_turn: f64,
+    turned: f64,
     longest_gap: f64,
 }
 
@@ -72,7 +72,7 @@ impl Rcd {
             open: BTreeMap::new(),
             regions: Vec::new(),
             on_the_spot: 0,
-            least_turn: f64::INFINITY,
+            turned: 0.0,
             longest_gap: config.map.max_wall_gap,
         }
     }
@@ -250,7 +250,7 @@ impl Rival for Rcd {
                     let on_the_spot = (arc.center() - first.center()).norm() < ON_THE_SPOT;
                     if on_the_spot && turn > 0.0 {
                         self.on_the_spot += 1;
-                        self.least_turn = self.least_turn.min(turn);
+                        self.turned += turn;
                     }
                     let constant = f64::max(CONSTANT, 3.0 * (2.0 * arc.variance).sqrt());
                     on_the_spot
@@ -301,18 +301,19 @@ impl Rival for Rcd {
         if !self.regions.is_empty() {
             return None;
         }
-        let turned = if self.least_turn.is_finite() {
+        let turned = if self.on_the_spot > 0 {
             format!(
-                "neighbouring readings of a sonar on the spot are turned by {:.1} deg at least",
-                self.least_turn.to_degrees()
+                "sonars on the spot turned by {:.1} deg from reading to reading in the mean",
+                self.turned.to_degrees() / self.on_the_spot as f64
             )
         } else {
             "no sonar turned on the spot".to_owned()
         };
         Some(format!(
-            "no region of constant depth: {turned}, and {:.0} deg at most are needed. Record a robot that turns on \
-             the spot, and replay it with a smaller --step-angle",
-            DENSE.to_degrees()
+            "no region of constant depth: {turned}, and it takes {:.0} deg at most, over {:.0} deg of one range. Record a \
+             robot that turns on the spot, and replay it with a smaller --step-angle",
+            DENSE.to_degrees(),
+            WIDTH.to_degrees()
         ))
     }
 }
